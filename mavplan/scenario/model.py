@@ -1,0 +1,63 @@
+"""A `Scenario`: what a planner gets. Users in local metres, everything checked, nothing read from anywhere."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavplan.errors import Problem
+from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service, Vehicle
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+UNPAIRED = -1
+"""In `Users.mate`: this user has no mate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Users:
+    """The ground users, in the order of their file. N users; all arrays have N rows.
+
+    Attributes
+    ----------
+    names
+        N distinct names.
+    lat_deg, lon_deg
+        (N,) WGS84 degrees.
+    xy_m
+        (N, 2) metres east and north of home in the local plane.
+    demand_bit
+        (N,) bits that each user needs, not negative.
+    mate
+        (N,) index of the other member of the D2D pair, or `UNPAIRED`; a matching: ``mate[mate[n]] == n``.
+        Only pairs within the D2D range.
+    """
+
+    names: tuple[str, ...]
+    lat_deg: Floats
+    lon_deg: Floats
+    xy_m: Floats
+    demand_bit: Floats
+    mate: Ints
+
+    def __len__(self) -> int:
+        """Return the number of users."""
+        return len(self.names)
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """Everything that is known before planning, in SI units and local metres.
+
+    ``warnings`` holds what was noticed while reading: a pair beyond the D2D range, keys not used.
+    """
+
+    home: Home
+    users: Users
+    radio: Radio = field(default_factory=Radio)
+    d2d: D2D = field(default_factory=D2D)
+    vehicle: Vehicle = field(default_factory=Vehicle)
+    service: Service = field(default_factory=Service)
+    planner: PlannerOptions = field(default_factory=PlannerOptions)
+    warnings: tuple[Problem, ...] = ()

@@ -1,0 +1,109 @@
+"""The sections of ``scenario.toml``: every key, its unit, its range and its default, named here and nowhere else.
+
+Each section is a frozen dataclass that checks itself, so that a scenario made in Python is held to the same
+rules as one read from a file. Reading the file is `mavplan.scenario.toml`'s business.
+
+The default radio stands in for the paper's table of parameters, which is lost in the copy we work from: altitude
+100 m, exponent 2 and threshold 3 dB give a coverage radius of 400 m. How the link budget splits into power, gain
+and noise is our assumption (noise: that of 1 MHz at a noise figure near 9 dB).
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+_CHECKED = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+Positive = Annotated[float, Field(gt=0)]
+LatDeg = Annotated[float, Field(ge=-90, le=90)]
+LonDeg = Annotated[float, Field(ge=-180, le=180)]
+PowerDbm = Annotated[float, Field(ge=-200, le=100)]
+GainDb = Annotated[float, Field(ge=-200, le=100)]
+Exponent = Annotated[float, Field(ge=1, le=8)]
+DemandMbit = Annotated[float, Field(ge=0, le=1e9)]
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class Home:
+    """Where the vehicle takes off, the origin of the plan: WGS84 degrees, metres above mean sea level."""
+
+    lat_deg: LatDeg
+    lon_deg: LonDeg
+    alt_amsl_m: Annotated[float, Field(ge=-500, le=9000)]
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class Columns:
+    """The users file's own column or property for each thing that is read from it; None: the key's own name."""
+
+    name: str | None = None
+    lat_deg: str | None = None
+    lon_deg: str | None = None
+    demand_mbit: str | None = None
+    pair: str | None = None
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class Radio:
+    """The vehicle's radio; gain is that at 1 m, noise that in the whole bandwidth. planner.md's (1)-(4)."""
+
+    tx_power_dbm: PowerDbm = 20.0
+    ref_gain_db: GainDb = -70.0
+    noise_dbm: PowerDbm = -105.3045
+    path_loss_exponent: Exponent = 2.0
+    snr_threshold_db: Annotated[float, Field(ge=-50, le=100)] = 3.0
+    bandwidth_hz: Positive = 1e6
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class D2D:
+    """Device-to-device links between paired users.
+
+    ``matching`` None means: ``given`` where the users file has a pair column, else ``none``; that a stranger's
+    phone relays is never assumed. Noise and bandwidth are those of the radio.
+    """
+
+    matching: Literal["auto", "given", "none"] | None = None
+    link: Literal["channel", "ideal"] = "channel"
+    range_m: Positive = 200.0
+    tx_power_dbm: PowerDbm = 20.0
+    ref_gain_db: GainDb = -50.0
+    path_loss_exponent: Exponent = 3.0
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class Vehicle:
+    """The multirotor; altitude above home.
+
+    ``acceleration_m_s2`` None is the autopilot's measured law, 0 reaches speed at once. ``endurance_s`` None
+    assumes nothing. Battery and mass serve the energy model.
+    """
+
+    autopilot: Literal["ardupilot", "px4"] = "ardupilot"
+    altitude_m: Annotated[float, Field(gt=0, le=10000)] = 100.0
+    speed_m_s: Annotated[float, Field(gt=0, le=50)] = 10.0
+    acceleration_m_s2: Annotated[float, Field(ge=0, le=50)] | None = None
+    end: Literal["rtl", "land", "stay"] = "rtl"
+    endurance_s: Positive | None = None
+    reserve_fraction: Annotated[float, Field(ge=0, lt=1)] = 0.2
+    battery_wh: Positive | None = None
+    mass_kg: Positive | None = None
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class Service:
+    """How users are served: all in reach at once (broadcast) or one at a time (tdma)."""
+
+    mode: Literal["broadcast", "tdma"] = "broadcast"
+    demand_mbit: DemandMbit = 10.0
+    """Demand of each user whose file brings none."""
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class PlannerOptions:
+    """Which planner, how many clusters (``auto`` tries several), and the seed of all that is random."""
+
+    name: str = "tloaik"
+    clusters: Annotated[int, Field(ge=1)] | Literal["auto"] = "auto"
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
