@@ -10,6 +10,7 @@ from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service,
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 UNPAIRED = -1
 """In `Users.mate`: this user has no mate."""

@@ -1,0 +1,230 @@
+"""Hover times: how long the vehicle holds at each stop so that every user receives what it needs.
+
+Broadcast: everyone in reach receives at its own rate at the same time, a linear programme. TDMA: one user at a time,
+where its rate is highest. A user served through D2D puts its demand on its mate. Pure; what an autopilot can store
+comes from its table.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mavplan.errors import InputError, Problem
+from mavplan.mission.autopilots import AutopilotRules
+from mavplan.planners.trajectory import Trajectory
+from mavplan.radio import Channel
+from mavplan.scenario.model import Floats, Scenario, Users
+
+WORTHWHILE = 0.02
+"""Where rounding up adds more than this share, whole steps are optimised themselves."""
+
+SEARCH_NODES = 200
+SEARCH_GAP = 1e-3
+"""Bounds of that search, counted and not timed, so that a plan is the same on every machine."""
+
+_DEMAND_TOLERANCE = 1e-9
+"""Relative; below one bit for any demand that fits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One user's turn in a TDMA schedule, in seconds from the beginning of the hold at ``stop``."""
+
+    stop: int
+    user: int
+    start_s: float
+    duration_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class Holds:
+    """Seconds at each of M stops.
+
+    Attributes
+    ----------
+    asked_s
+        (M,) what the demands take at least.
+    stored_s
+        (M,) what the autopilot is given: whole steps of its clock, at least its least hold.
+    schedule
+        TDMA: who is served when; empty for broadcast.
+    """
+
+    asked_s: Floats
+    stored_s: Floats
+    schedule: tuple[Slot, ...] = ()
+
+    @property
+    def hover_s(self) -> float:
+        """Sum of the stored holds."""
+        return round(float(self.stored_s.sum()), 6)
+
+    @property
+    def surplus_s(self) -> float:
+        """What rounding up costs."""
+        return self.hover_s - float(self.asked_s.sum())
+
+
+def hold_times(scenario: Scenario, trajectory: Trajectory, rules: AutopilotRules) -> Holds:
+    """Return the hold at every stop for the scenario's service.
+
+    Raises
+    ------
+    InputError
+        A hold is longer than the autopilot can store.
+    """
+    channel = Channel(scenario.radio, scenario.vehicle.altitude_m, scenario.d2d)
+    demand_bit = demand_on_air(scenario.users, trajectory)
+    if scenario.service.mode == "tdma":
+        holds = _tdma(scenario, trajectory, demand_bit, channel, rules)
+    else:
+        rates = broadcast_rates(scenario.users, trajectory.stops_m, channel)
+        asked_s = least_broadcast_holds(rates, demand_bit)
+        holds = Holds(asked_s, _stored_broadcast_holds(asked_s, rates, demand_bit, rules))
+    too_long = np.flatnonzero(holds.stored_s > rules.max_hold_s)
+    if len(too_long):
+        raise InputError(
+            Problem(
+                f"stop {stop + 1}",
+                f"needs a hold of {holds.stored_s[stop]:,.0f} s, {rules.title} stores at most "
+                f"{rules.max_hold_s:,.0f} s: lower the demand, widen the bandwidth or use more clusters",
+                "hold-too-long",
+            )
+            for stop in too_long
+        )
+    return holds
+
+
+def demand_on_air(users: Users, trajectory: Trajectory) -> Floats:
+    """Return (N,) bits each user must receive from the vehicle: its own and its D2D mate's; 0 for a D2D user."""
+    d2d = trajectory.assignment.d2d
+    demand_bit = np.where(d2d, 0.0, users.demand_bit)
+    demand_bit[users.mate[d2d]] += users.demand_bit[d2d]
+    return demand_bit
+
+
+def broadcast_rates(users: Users, stops_m: Floats, channel: Channel) -> Floats:
+    """Return (N, M) bit/s of every user at every stop, 0 beyond R."""
+    from scipy.spatial.distance import cdist
+
+    distance_m = cdist(users.xy_m, stops_m)
+    bit_s = channel.radio.bandwidth_hz * channel.air_rate(distance_m)
+    return np.where(channel.reaches(distance_m), bit_s, 0.0)
+
+
+def least_broadcast_holds(rates_bit_s: Floats, demand_bit: Floats) -> Floats:
+    """Solve min Σ t_m subject to Σ_m r_nm·t_m ≥ D_n, t ≥ 0; of equally good answers the earliest stops.
+
+    Parameters
+    ----------
+    rates_bit_s
+        (N, M) rates.
+    demand_bit
+        (N,) demands; where one is positive, so must be one of its rates.
+
+    Returns
+    -------
+    (M,) seconds.
+    """
+    from scipy.optimize import linprog
+    from scipy.sparse import csr_array, vstack
+
+    stops = rates_bit_s.shape[1]
+    wanting = demand_bit > 0
+    if not wanting.any():
+        return np.zeros(stops)
+    # Each row divided by its demand: the solver's tolerance then means the same share of every user's data.
+    # SciPy takes sparse rows here, its stubs do not know it.
+    needs: Any = csr_array(-rates_bit_s[wanting] / demand_bit[wanting, None])
+    limits = -np.ones(needs.shape[0])
+    first = linprog(np.ones(stops), A_ub=needs, b_ub=limits, method="highs")
+    if first.status != 0:
+        raise ArithmeticError(f"hover programme: {first.message}")
+    # A second programme settles ties: among all with this sum, the one whose seconds come earliest.
+    with_sum: Any = vstack([needs, csr_array(np.ones((1, stops)))])
+    earliest = linprog(
+        np.linspace(1.0 / stops, 1.0, stops),
+        A_ub=with_sum,
+        b_ub=np.append(limits, first.fun * (1 + 1e-9)),
+        method="highs",
+    )
+    seconds: Floats = earliest.x if earliest.status == 0 else first.x
+    return np.maximum(seconds, 0.0)
+
+
+def _stored_broadcast_holds(
+    asked_s: Floats, rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules
+) -> Floats:
+    """Return whole steps that meet every demand: rounded up, or optimised where rounding up is dear."""
+    rounded = _topped_up(_rounded_up(asked_s, rules), rates_bit_s, demand_bit, rules)
+    if rounded.sum() <= (1 + WORTHWHILE) * asked_s.sum():
+        return rounded
+    whole = _least_whole_steps(rates_bit_s, demand_bit, rules)
+    if whole is None:
+        return rounded
+    whole = _topped_up(whole, rates_bit_s, demand_bit, rules)
+    return whole if whole.sum() < rounded.sum() else rounded
+
+
+def _rounded_up(asked_s: Floats, rules: AutopilotRules) -> Floats:
+    """Return the least holds that the autopilot stores and that are not shorter; never less than its least."""
+    # The solver's last digits must not cost a whole step; what they leave open `_topped_up` adds.
+    steps = np.ceil(asked_s / rules.hold_step_s - 1e-6)
+    return _seconds(np.maximum(steps, round(rules.min_hold_s / rules.hold_step_s)), rules)
+
+
+def _seconds(steps: Floats, rules: AutopilotRules) -> Floats:
+    """Return whole steps in seconds, as the nearest decimal: 83 steps of 0.1 s are 8.3 s."""
+    return np.round(steps * rules.hold_step_s, 6)
+
+
+def _topped_up(hold_s: Floats, rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules) -> Floats:
+    """Return the holds with steps added until what the autopilot stores (float32) meets every demand."""
+    hold_s = hold_s.copy()
+    for user in np.flatnonzero(demand_bit > 0):
+        best = int(rates_bit_s[user].argmax())
+        while rates_bit_s[user] @ hold_s.astype(np.float32) < demand_bit[user] * (1 - _DEMAND_TOLERANCE):
+            hold_s[best] = _seconds(hold_s[best : best + 1] / rules.hold_step_s + 1, rules)[0]
+    return hold_s
+
+
+def _least_whole_steps(rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules) -> Floats | None:
+    """Return whole steps of least sum, or None where the bounded search finds none."""
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import csr_array
+
+    stops = rates_bit_s.shape[1]
+    wanting = demand_bit > 0
+    least = round(rules.min_hold_s / rules.hold_step_s)
+    if not wanting.any():
+        return _seconds(np.full(stops, float(least)), rules)
+    needs = csr_array(rates_bit_s[wanting] * rules.hold_step_s / demand_bit[wanting, None])
+    found = milp(
+        np.ones(stops),
+        constraints=LinearConstraint(needs, lb=1.0),
+        integrality=np.ones(stops, dtype=np.int64),
+        bounds=Bounds(lb=least),
+        options={"node_limit": SEARCH_NODES, "mip_rel_gap": SEARCH_GAP},
+    )
+    return None if found.x is None else _seconds(np.rint(found.x), rules)
+
+
+def _tdma(
+    scenario: Scenario, trajectory: Trajectory, demand_bit: Floats, channel: Channel, rules: AutopilotRules
+) -> Holds:
+    """Return holds and schedule where one user at a time is served, at its best stop, in the order of the file."""
+    users, assignment = scenario.users, trajectory.assignment
+    schedule: list[Slot] = []
+    asked_s = np.zeros(len(trajectory.stops_m))
+    for user in np.flatnonzero(demand_bit > 0):
+        stop = int(assignment.stop[user])
+        apart_m = np.linalg.norm(users.xy_m[user : user + 1] - trajectory.stops_m[stop], axis=1)
+        rate_bit_s = channel.radio.bandwidth_hz * float(channel.air_rate(apart_m)[0])
+        duration_s = float(demand_bit[user]) / rate_bit_s
+        schedule.append(Slot(stop, int(user), float(asked_s[stop]), duration_s))
+        asked_s[stop] += duration_s
+    stored_s = _rounded_up(asked_s, rules)
+    short = stored_s.astype(np.float32) < asked_s
+    stored_s[short] = _seconds(stored_s[short] / rules.hold_step_s + 1, rules)
+    return Holds(asked_s, stored_s, tuple(schedule))

@@ -1,0 +1,104 @@
+"""Plane geometry of the planners: where a point stands to a path, and the point of a circle between two others."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mavplan.scenario.model import Bools, Floats, Ints
+
+
+@dataclass(frozen=True, eq=False)
+class NearestOnPath:
+    """The nearest point of a polyline for each of N points.
+
+    Attributes
+    ----------
+    segment
+        (N,) index of its segment; the earlier one where two are as near.
+    foot_m
+        (N, 2) the point itself, the foot of the perpendicular clamped to the segment.
+    distance_m
+        (N,) distance to it.
+    at_end
+        (N,) whether it is the last vertex of the polyline.
+    """
+
+    segment: Ints
+    foot_m: Floats
+    distance_m: Floats
+    at_end: Bools
+
+
+def nearest_on_path(points_m: Floats, path_m: Floats) -> NearestOnPath:
+    """Return the nearest point of the polyline ``path_m`` (S + 1, 2), S ≥ 1, for each of ``points_m`` (N, 2)."""
+    start, along = path_m[:-1], np.diff(path_m, axis=0)
+    squared = (along**2).sum(axis=1)
+    offset = points_m[:, None, :] - start[None, :, :]
+    projected = (offset * along).sum(axis=2)
+    # A segment without length is its own start.
+    fraction = np.clip(
+        np.divide(projected, squared, out=np.zeros_like(projected), where=squared > 0), 0.0, 1.0
+    )
+    feet = start + fraction[:, :, None] * along
+    distances = np.linalg.norm(points_m[:, None, :] - feet, axis=2)
+    segment = distances.argmin(axis=1)
+    row = np.arange(len(points_m))
+    return NearestOnPath(
+        segment=segment,
+        foot_m=feet[row, segment],
+        distance_m=distances[row, segment],
+        at_end=(segment == len(along) - 1) & (fraction[row, segment] == 1.0),
+    )
+
+
+def nearest_of(points_m: Floats, places_m: Floats) -> tuple[Floats, Ints]:
+    """Return the distance (N,) of each of N points to the nearest of M ≥ 1 places, and its index (N,)."""
+    from scipy.spatial import KDTree
+
+    distance_m, index = KDTree(places_m).query(points_m)
+    return np.asarray(distance_m, dtype=np.float64), np.asarray(index, dtype=np.int64)
+
+
+def towards(centre_m: Floats, radius_m: float, target_m: Floats) -> Floats:
+    """Return the point of the circle that is nearest to ``target_m``."""
+    direction = target_m - centre_m
+    return centre_m + radius_m * direction / np.linalg.norm(direction)
+
+
+def least_detour_on_circle(centre_m: Floats, radius_m: float, left_m: Floats, right_m: Floats) -> Floats:
+    """Return the point w of a circle with the least ‖w − left‖ + ‖w − right‖, (9) to (12) of the paper.
+
+    The segment from left to right must lie outside the circle. Then the sum, convex over the disc, has its only
+    stationary point on the arc that faces the segment, between the directions to its ends, and the derivative of
+    (11) changes sign exactly once there: a bracket for Brent's method.
+
+    Parameters
+    ----------
+    centre_m, left_m, right_m
+        (2,) metres.
+    radius_m
+        Radius of the circle in metres.
+    """
+    from scipy.optimize import brentq
+
+    to_left, to_right = left_m - centre_m, right_m - centre_m
+    left_rad = math.atan2(to_left[1], to_left[0])
+    right_rad = math.atan2(to_right[1], to_right[0])
+    between_rad = math.remainder(right_rad - left_rad, math.tau)
+    left_distance_m, right_distance_m = float(np.hypot(*to_left)), float(np.hypot(*to_right))
+
+    def slope(turn_rad: float) -> float:
+        """dL/dθ over the radius, at ``turn_rad`` from the direction to the left end."""
+
+        def one(angle_rad: float, distance_m: float) -> float:
+            chord_squared = radius_m**2 + distance_m**2 - 2 * radius_m * distance_m * math.cos(angle_rad)
+            return distance_m * math.sin(angle_rad) / math.sqrt(chord_squared)
+
+        return one(turn_rad, left_distance_m) + one(turn_rad - between_rad, right_distance_m)
+
+    turn_rad = 0.0
+    if slope(0.0) * slope(between_rad) < 0.0:
+        turn_rad = brentq(slope, 0.0, between_rad, xtol=1e-14)
+    theta = left_rad + turn_rad
+    return centre_m + radius_m * np.array([math.cos(theta), math.sin(theta)])

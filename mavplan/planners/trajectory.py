@@ -1,0 +1,99 @@
+"""A `Trajectory`, what every planner gives back: ordered stop points, and for every user who serves it and how."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mavplan.errors import Problem
+from mavplan.planners.geometry import nearest_of
+from mavplan.radio import Channel
+from mavplan.scenario.model import UNPAIRED, Bools, Floats, Ints, Users
+
+NO_STOP = -1
+"""In `Assignment.stop`: nobody serves this user."""
+
+
+@dataclass(frozen=True, eq=False)
+class Assignment:
+    """Who is served where. N users.
+
+    Attributes
+    ----------
+    stop
+        (N,) index of the stop with the best rate; for a D2D user the one of its mate; `NO_STOP` if unserved.
+    d2d
+        (N,) whether the user is served through its mate.
+    rate_bit_s_hz
+        (N,) log2(1 + SNR) of the link that serves the user, 0 if unserved.
+    """
+
+    stop: Ints
+    d2d: Bools
+    rate_bit_s_hz: Floats
+
+    @property
+    def served(self) -> Bools:
+        """(N,) whether anybody serves the user."""
+        return np.not_equal(self.stop, NO_STOP)
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Stop points in flying order from the origin (0, 0), without return.
+
+    Attributes
+    ----------
+    planner, clusters
+        Name in the registry; the number of clusters used, 0 where the planner has none.
+    stops_m
+        (M, 2) metres east and north of home.
+    reference_m
+        (S + 1, 2) reference polyline from the origin that supplementary stops were measured against; may be empty.
+    assignment
+        Who is served where.
+    radius_m
+        Coverage radius R.
+    length_m
+        Length of the path: origin to last stop, unless the planner flies another line.
+    notes
+        What the planner had to change or decide that a user should know.
+    """
+
+    planner: str
+    clusters: int
+    stops_m: Floats
+    reference_m: Floats
+    assignment: Assignment
+    radius_m: float
+    length_m: float
+    notes: tuple[Problem, ...] = ()
+
+    @property
+    def sum_rate_bit_s_hz(self) -> float:
+        """Sum of the users' rates, each counted once where it is served best: the paper's sum throughput."""
+        return float(self.assignment.rate_bit_s_hz.sum())
+
+
+def assign(users: Users, stops_m: Floats, channel: Channel, *, d2d: bool) -> Assignment:
+    """Serve each user from its nearest stop within R, else, where ``d2d``, through a mate that is so served.
+
+    D2D does not chain. Its rate is the smaller of the mate's best air rate and that of the link between the two.
+    """
+    distance_m, nearest = nearest_of(users.xy_m, stops_m)
+    reached = channel.reaches(distance_m)
+    stop = np.where(reached, nearest, NO_STOP)
+    rate = np.where(reached, channel.air_rate(distance_m), 0.0)
+    through_mate = np.zeros(len(users), dtype=bool)
+    if d2d:
+        through_mate = ~reached & mate_covered(users, reached)
+        mates = users.mate[through_mate]
+        apart_m = np.linalg.norm(users.xy_m[through_mate] - users.xy_m[mates], axis=1)
+        stop[through_mate] = nearest[mates]
+        rate[through_mate] = np.minimum(rate[mates], channel.d2d_rate(apart_m))
+    return Assignment(stop=stop, d2d=through_mate, rate_bit_s_hz=rate)
+
+
+def mate_covered(users: Users, covered: Bools) -> Bools:
+    """(N,) whether the user has a mate and that mate is covered."""
+    paired: Bools = users.mate != UNPAIRED
+    return paired & covered[users.mate]
