@@ -23,8 +23,8 @@ SEARCH_NODES = 200
 SEARCH_GAP = 1e-3
 """Bounds of that search, counted and not timed, so that a plan is the same on every machine."""
 
-_DEMAND_TOLERANCE = 1e-9
-"""Relative; below one bit for any demand that fits."""
+DEMAND_TOLERANCE_BIT = 1.0
+"""A demand short of less than this is met: what a solver's last digits cost must not add a whole step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,30 +127,36 @@ def least_broadcast_holds(rates_bit_s: Floats, demand_bit: Floats) -> Floats:
     -------
     (M,) seconds.
     """
-    from scipy.optimize import linprog
     from scipy.sparse import csr_array, vstack
 
     stops = rates_bit_s.shape[1]
     wanting = demand_bit > 0
     if not wanting.any():
         return np.zeros(stops)
-    # Each row divided by its demand: the solver's tolerance then means the same share of every user's data.
-    # SciPy takes sparse rows here, its stubs do not know it.
-    needs: Any = csr_array(-rates_bit_s[wanting] / demand_bit[wanting, None])
-    limits = -np.ones(needs.shape[0])
-    first = linprog(np.ones(stops), A_ub=needs, b_ub=limits, method="highs")
-    if first.status != 0:
-        raise ArithmeticError(f"hover programme: {first.message}")
+    # Each row divided by the user's best rate: the right-hand side is then the seconds that it needs at least, and
+    # the solver's tolerance is one in seconds.
+    best_bit_s = rates_bit_s[wanting].max(axis=1)
+    needs = csr_array(-rates_bit_s[wanting] / best_bit_s[:, None])
+    limits = -demand_bit[wanting] / best_bit_s
+    shortest_s = _linear_programme(np.ones(stops), needs, limits)
     # A second programme settles ties: among all with this sum, the one whose seconds come earliest.
-    with_sum: Any = vstack([needs, csr_array(np.ones((1, stops)))])
-    earliest = linprog(
-        np.linspace(1.0 / stops, 1.0, stops),
-        A_ub=with_sum,
-        b_ub=np.append(limits, first.fun * (1 + 1e-9)),
-        method="highs",
+    with_sum = vstack([needs, csr_array(np.ones((1, stops)))])
+    return _linear_programme(
+        np.linspace(1.0 / stops, 1.0, stops), with_sum, np.append(limits, shortest_s.sum() * (1 + 1e-9))
     )
-    seconds: Floats = earliest.x if earliest.status == 0 else first.x
-    return np.maximum(seconds, 0.0)
+
+
+def _linear_programme(cost: Floats, matrix: Any, limits: Floats) -> Floats:
+    """Return the x ≥ 0 of least cost with matrix·x ≤ limits, by HiGHS."""
+    from scipy.optimize import linprog
+
+    # SciPy takes sparse rows here; its stubs do not know it, nor that status 0 means a result.
+    solve: Any = linprog
+    found = solve(cost, A_ub=matrix, b_ub=limits, method="highs")
+    if found.status != 0:
+        raise ArithmeticError(f"hover programme: {found.message}")
+    seconds: Floats = np.maximum(found.x, 0.0)
+    return seconds
 
 
 def _stored_broadcast_holds(
@@ -182,9 +188,10 @@ def _seconds(steps: Floats, rules: AutopilotRules) -> Floats:
 def _topped_up(hold_s: Floats, rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules) -> Floats:
     """Return the holds with steps added until what the autopilot stores (float32) meets every demand."""
     hold_s = hold_s.copy()
-    for user in np.flatnonzero(demand_bit > 0):
+    short = rates_bit_s @ hold_s.astype(np.float32) < demand_bit - DEMAND_TOLERANCE_BIT
+    for user in np.flatnonzero(short):
         best = int(rates_bit_s[user].argmax())
-        while rates_bit_s[user] @ hold_s.astype(np.float32) < demand_bit[user] * (1 - _DEMAND_TOLERANCE):
+        while rates_bit_s[user] @ hold_s.astype(np.float32) < demand_bit[user] - DEMAND_TOLERANCE_BIT:
             hold_s[best] = _seconds(hold_s[best : best + 1] / rules.hold_step_s + 1, rules)[0]
     return hold_s
 
@@ -199,10 +206,11 @@ def _least_whole_steps(rates_bit_s: Floats, demand_bit: Floats, rules: Autopilot
     least = round(rules.min_hold_s / rules.hold_step_s)
     if not wanting.any():
         return _seconds(np.full(stops, float(least)), rules)
-    needs = csr_array(rates_bit_s[wanting] * rules.hold_step_s / demand_bit[wanting, None])
+    best_bit = rates_bit_s[wanting].max(axis=1) * rules.hold_step_s
+    needs = csr_array(rates_bit_s[wanting] * rules.hold_step_s / best_bit[:, None])
     found = milp(
         np.ones(stops),
-        constraints=LinearConstraint(needs, lb=1.0),
+        constraints=LinearConstraint(needs, lb=demand_bit[wanting] / best_bit),
         integrality=np.ones(stops, dtype=np.int64),
         bounds=Bounds(lb=least),
         options={"node_limit": SEARCH_NODES, "mip_rel_gap": SEARCH_GAP},

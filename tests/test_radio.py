@@ -1,0 +1,59 @@
+"""The channel: equations (1) to (4) by hand."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mavplan.radio import Channel, coverage_radius_m, highest_altitude_m, reference_snr
+from mavplan.scenario import D2D, Radio
+
+
+def test_the_default_radio_covers_400_m_from_100_m():
+    assert coverage_radius_m(Radio(), 100.0) == pytest.approx(400.0, abs=0.01)
+
+
+def test_the_reference_snr_is_power_times_gain_over_noise():
+    # 20 dBm = 0.1 W, -70 dB = 1e-7, -100 dBm = 1e-13 W: 1e-8 / 1e-13.
+    assert reference_snr(Radio(noise_dbm=-100.0), -100.0) == pytest.approx(1e5, rel=1e-12)
+
+
+@given(
+    exponent=st.floats(1.5, 5),
+    threshold_db=st.floats(-20, 30),
+    altitude_m=st.floats(1, 500),
+    power_dbm=st.floats(-10, 40),
+)
+def test_at_the_coverage_radius_the_snr_is_the_threshold(exponent, threshold_db, altitude_m, power_dbm):
+    radio = Radio(tx_power_dbm=power_dbm, path_loss_exponent=exponent, snr_threshold_db=threshold_db)
+    channel = Channel(radio, altitude_m, D2D())
+    if channel.radius_m == 0:
+        assert altitude_m >= highest_altitude_m(radio)
+        return
+    snr = 2 ** channel.air_rate(np.array([channel.radius_m]))[0] - 1
+    # The radius is a difference of squares: near the highest altitude the last digits of both go.
+    assert 10 * np.log10(snr) == pytest.approx(threshold_db, abs=1e-6)
+
+
+def test_above_the_highest_altitude_nobody_is_reached_and_just_below_somebody_is():
+    highest_m = highest_altitude_m(Radio())
+    assert coverage_radius_m(Radio(), highest_m + 0.001) == 0.0
+    assert coverage_radius_m(Radio(), highest_m - 0.001) > 0.0
+
+
+def test_the_rate_is_shannons_at_the_slant_distance():
+    channel = Channel(Radio(noise_dbm=-100.0), 30.0, D2D())
+    # 40 m away and 30 m up is 50 m; 1e5 / 50² = 40.
+    assert channel.air_rate(np.array([40.0]))[0] == pytest.approx(np.log2(41.0))
+
+
+def test_phones_on_the_same_spot_hear_each_other_as_at_one_metre():
+    channel = Channel(Radio(), 100.0, D2D())
+    near, metre = channel.d2d_rate(np.array([0.0, 1.0]))
+    assert near == metre
+    assert np.isfinite(near)
+
+
+def test_an_ideal_d2d_link_never_limits():
+    channel = Channel(Radio(), 100.0, D2D(link="ideal"))
+    assert np.isinf(channel.d2d_rate(np.array([5.0, 5000.0]))).all()
