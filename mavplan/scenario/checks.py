@@ -1,0 +1,99 @@
+"""Checks across sections: that the altitude leaves a coverage radius, that users are within reach of home."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavplan.geo import geodesic_distance_m
+from mavplan.radio import coverage_radius_m, highest_altitude_m
+from mavplan.scenario.model import UNPAIRED
+from mavplan.scenario.report import Report, figure
+from mavplan.scenario.sections import Home, Radio, Vehicle
+from mavplan.scenario.users import FileUsers
+
+MAX_DISTANCE_M = 100_000.0
+"""Users further from home than this are a slip of the pen, and the local plane is not made for them."""
+
+
+def check_altitude(radio: Radio, vehicle: Vehicle, label: str, report: Report) -> None:
+    """Note an altitude from which nobody on the ground is reached, and the altitude at which that ends."""
+    if coverage_radius_m(radio, vehicle.altitude_m) > 0:
+        return
+    limit_m = highest_altitude_m(radio)
+    below = f"{math.floor(limit_m * 10) / 10:,.1f}" if limit_m >= 1 else f"{limit_m:.2g}"
+    message = (
+        f"found {figure(vehicle.altitude_m)}; with this [radio] nobody on the ground reaches snr_threshold_db = "
+        f"{figure(radio.snr_threshold_db)}, as the coverage radius is positive only below {below} m"
+    )
+    report.error(f"{label}, [vehicle] altitude_m", message, "no-coverage")
+
+
+def check_distances(users: FileUsers, home: Home, reach: "Reach | None", report: Report) -> None:
+    """Note users too far from home: more than `MAX_DISTANCE_M`, or more than the endurance reaches.
+
+    A user with a mate is within reach if either is: the other is then served through D2D.
+    """
+    far_m = _distance_m(users.lat_deg, users.lon_deg, home)
+    for i in np.flatnonzero(far_m > MAX_DISTANCE_M):
+        message = (
+            f"{users.names[i]} is {far_m[i] / 1000:,.1f} km from home; at most {MAX_DISTANCE_M / 1000:,.0f} km "
+            f"is allowed{_swapped_hint(users.lat_deg[i], users.lon_deg[i], home)}"
+        )
+        report.error(users.places[i], message, "too-far")
+    if reach is None:
+        return
+    mate_m = np.where(users.mate == UNPAIRED, np.inf, far_m[users.mate])
+    beyond = (np.fmin(far_m, mate_m) > reach.distance_m) & (far_m <= MAX_DISTANCE_M)
+    for i in np.flatnonzero(beyond):
+        message = f"{users.names[i]} is {far_m[i]:,.0f} m from home; {reach.reason}"
+        report.error(users.places[i], message, "beyond-endurance")
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """How far from home a user can be at most, and the sentence that says why."""
+
+    distance_m: float
+    reason: str
+
+
+def reach_of(vehicle: Vehicle, radio: Radio) -> Reach | None:
+    """Return how far from home users can be served with the vehicle's endurance; None where none is given.
+
+    Straight out at full speed without a second of hover, back too if the mission ends at home; the last R metres are
+    the radio's. Nobody beyond can be served, whatever the plan.
+    """
+    if vehicle.endurance_s is None:
+        return None
+    usable_s = vehicle.endurance_s * (1.0 - vehicle.reserve_fraction)
+    returns = vehicle.end == "rtl"
+    flown_m = usable_s * vehicle.speed_m_s / (2.0 if returns else 1.0)
+    radius_m = coverage_radius_m(radio, vehicle.altitude_m)
+    total_m = flown_m + radius_m
+    reason = (
+        f"[vehicle] endurance_s = {figure(vehicle.endurance_s)} less {vehicle.reserve_fraction:.3g} in reserve reaches "
+        f"{flown_m:,.0f} m {'out and back' if returns else 'out'} at {figure(vehicle.speed_m_s)} m/s, and the radio "
+        f"{radius_m:,.0f} m from there: {total_m:,.0f} m in all"
+    )
+    return Reach(total_m, reason)
+
+
+def _distance_m(
+    lat_deg: NDArray[np.float64], lon_deg: NDArray[np.float64], home: Home
+) -> NDArray[np.float64]:
+    """Return distances from home, NaN for users whose position has a problem."""
+    distance_m = np.full(lat_deg.shape, np.nan)
+    known = np.isfinite(lat_deg) & np.isfinite(lon_deg)
+    if known.any():
+        distance_m[known] = geodesic_distance_m(home.lat_deg, home.lon_deg, lat_deg[known], lon_deg[known])
+    return distance_m
+
+
+def _swapped_hint(lat_deg: float, lon_deg: float, home: Home) -> str:
+    """Return a hint where a user would be near home with latitude and longitude the other way round."""
+    if abs(lon_deg) > 90:
+        return ""
+    swapped_m = float(geodesic_distance_m(home.lat_deg, home.lon_deg, lon_deg, lat_deg))
+    return "; are latitude and longitude the wrong way round?" if swapped_m <= MAX_DISTANCE_M else ""

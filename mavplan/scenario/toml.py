@@ -1,0 +1,231 @@
+"""Reading ``scenario.toml`` and the users file that it names: every problem in both, reported at once."""
+
+import dataclasses
+import re
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from mavplan.scenario.checks import check_altitude, check_distances, reach_of
+from mavplan.scenario.files import read_text
+from mavplan.scenario.model import Scenario, Users
+from mavplan.scenario.reference import RESERVED, SECTIONS, keys_of
+from mavplan.scenario.report import Report, key_name, listed, nearest, shown
+from mavplan.scenario.sections import D2D, Columns, Home, PlannerOptions, Radio, Service, Vehicle
+from mavplan.scenario.users import FileUsers, read_users
+
+MAX_BYTES = 1024 * 1024
+"""A ``scenario.toml`` larger than this is some other file."""
+
+
+def load_scenario(path: Path | str) -> Scenario:
+    """Read a scenario and check all of it.
+
+    Parameters
+    ----------
+    path
+        The ``scenario.toml``; the users file stands relative to it.
+
+    Returns
+    -------
+    Scenario
+        Users in metres about home; ``d2d.matching`` is what was decided where the file leaves it open; ``warnings``
+        holds what was noticed and does not stop the work.
+
+    Raises
+    ------
+    InputError
+        With every error in both files; warnings are left out then.
+    """
+    path = Path(path)
+    report = Report()
+    text = read_text(path, str(path), MAX_BYTES, report)
+    data = None if text is None else _parse(text, str(path), report)
+    if data is None:
+        report.raise_errors()
+        raise AssertionError("a file that could not be read left no problem")
+    sections = _Sections(data, str(path), report)
+    users_path = _users_path(data, path, report)
+    _note_unknown(data, str(path), report)
+    users = None
+    if users_path is not None:
+        matching = sections.d2d.matching
+        users = read_users(
+            users_path,
+            str(users_path),
+            sections.columns,
+            sections.service.demand_mbit,
+            report,
+            pairs_needed=None if matching is None else matching == "given",
+        )
+    if sections.sound("radio", "vehicle"):
+        check_altitude(sections.radio, sections.vehicle, str(path), report)
+    if users is not None and sections.home is not None:
+        reach = reach_of(sections.vehicle, sections.radio) if sections.sound("radio", "vehicle") else None
+        check_distances(users, sections.home, reach, report)
+    report.raise_errors()
+    if users is None or sections.home is None:
+        raise AssertionError("a scenario without users or home left no problem")
+    return _scenario(sections, sections.home, users, report)
+
+
+def _scenario(sections: "_Sections", home: Home, users: FileUsers, report: Report) -> Scenario:
+    """Put checked parts together: metres about home, pairs within range."""
+    from mavplan.d2d import keep_pairs_in_range, match_pairs, unpaired
+    from mavplan.geo import LocalPlane
+
+    xy_m = LocalPlane(home.lat_deg, home.lon_deg).to_xy_m(users.lat_deg, users.lon_deg)
+    matching = sections.d2d.matching or ("given" if users.has_pairs else "none")
+    d2d = dataclasses.replace(sections.d2d, matching=matching)
+    if matching == "given":
+        mate, noticed = keep_pairs_in_range(xy_m, users.mate, d2d.range_m, users.names)
+    elif matching == "auto":
+        mate, noticed = match_pairs(xy_m, d2d.range_m)
+    else:
+        mate, noticed = unpaired(len(users.names)), ()
+    for problem in noticed:
+        report.add(problem)
+    return Scenario(
+        home=home,
+        users=Users(users.names, users.lat_deg, users.lon_deg, xy_m, users.demand_bit, mate),
+        radio=sections.radio,
+        d2d=d2d,
+        vehicle=sections.vehicle,
+        service=sections.service,
+        planner=sections.planner,
+        warnings=report.warnings(),
+    )
+
+
+def _parse(text: str, label: str, report: Report) -> dict[str, Any] | None:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        message, line = str(error), ""
+        if found := re.fullmatch(r"(.*) \(at line ([0-9]+), column ([0-9]+)\)", message, re.DOTALL):
+            message, line = f"{found[1]} (column {found[3]})", f", line {found[2]}"
+        report.error(f"{label}{line}", f"is not valid TOML: {_on_one_line(message)}", "syntax")
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # a number of thousands of digits, brackets nested without end
+        report.error(label, f"is not TOML that can be read: {_on_one_line(str(error))}", "syntax")
+    return None
+
+
+def _on_one_line(message: str) -> str:
+    """Return a parser's message without characters that a terminal would obey."""
+    return "".join(character if character.isprintable() else " " for character in message)
+
+
+def _users_path(data: dict[str, Any], path: Path, report: Report) -> Path | None:
+    """Return the users file, relative to the scenario."""
+    if "users" not in data:
+        report.error(str(path), 'users is missing; name the users file: users = "users.csv"', "missing-key")
+        return None
+    name = data["users"]
+    if not isinstance(name, str) or not name.strip():
+        message = f'found {shown(name)}; allowed is the name of a file: users = "users.csv"'
+        report.error(f"{path}, users", message, "wrong-type")
+        return None
+    return path.parent / name
+
+
+def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
+    """Note tables that are set aside for later, and keys at the top that nobody knows."""
+    for name in data:
+        if name == "users" or name in SECTIONS:
+            continue
+        if name in RESERVED:
+            message = (
+                f"is not honoured by this version: the plan is made as if there were no {RESERVED[name]}"
+            )
+            report.warning(f"{label}, [{name}]", message.replace("no a ", "no "), "not-honoured")
+            continue
+        known = ["users", *SECTIONS, *RESERVED]
+        message = f"is not known{_remedy(name, known, '')}"
+        report.error(f"{label}, {key_name(name)}", message, "unknown-key")
+
+
+def _remedy(name: str, known: list[str], section: str) -> str:
+    """Return where an unknown key belongs, or the nearest known one, or all there are."""
+    homes = [
+        f"[{other}]" for other in SECTIONS if other not in (section, "columns") and name in keys_of(other)
+    ]
+    if homes:
+        return f"; it belongs in {' or '.join(homes)}"
+    like = nearest(name, known)
+    return f"; nearest is {like}" if like else f"; known are {listed(known, 20)}"
+
+
+@dataclass(init=False)
+class _Sections:
+    """The sections as far as they could be made; a bad value leaves the default in its place, the problem noted."""
+
+    home: Home | None
+    columns: Columns
+    radio: Radio
+    d2d: D2D
+    vehicle: Vehicle
+    service: Service
+    planner: PlannerOptions
+
+    def __init__(self, data: dict[str, Any], label: str, report: Report) -> None:
+        self._faulty: set[str] = set()
+        for name in SECTIONS:
+            setattr(self, name, self._make(name, data.get(name), label, report))
+
+    def sound(self, *names: str) -> bool:
+        """Return whether nothing in these sections had a problem."""
+        return self._faulty.isdisjoint(names)
+
+    def _make(self, name: str, table: Any, label: str, report: Report) -> object:
+        kind, keys = SECTIONS[name], keys_of(name)
+        required = [key.name for key in keys.values() if key.required]
+        if table is None:
+            table = {}
+            if required:
+                self._faulty.add(name)
+                report.error(label, f"[{name}] is missing; it needs {_in_words(required)}", "missing-section")
+                return None
+        if not isinstance(table, dict):
+            self._faulty.add(name)
+            wrong = "[[…]], a list of tables" if isinstance(table, list) else shown(table)
+            report.error(f"{label}, {name}", f"found {wrong}; allowed is one table [{name}]", "wrong-type")
+            return None if required else kind()
+        good = dict(table)
+        for found in _validation_errors(kind, table):
+            self._faulty.add(name)
+            key = str(found["loc"][0])
+            good.pop(key, None)
+            place = f"{label}, [{name}] {key_name(key)}"
+            if key not in keys:
+                report.error(place, f"is not known{_remedy(key, list(keys), name)}", "unknown-key")
+            elif key not in table:
+                report.error(place, f"is missing; needed is {keys[key].allowed_with_unit}", "missing-key")
+            else:
+                message = f"found {shown(table[key])}; allowed is {keys[key].allowed_with_unit}"
+                report.error(place, message, "out-of-range")
+        if any(key not in good for key in required):
+            return None
+        made: object = kind(**good)
+        return made
+
+
+def _validation_errors(kind: type[Any], table: dict[str, Any]) -> list[Any]:
+    """Return the first thing that pydantic finds wrong with each key."""
+    try:
+        kind(**table)
+    except ValidationError as error:
+        first: dict[object, Any] = {}
+        for found in error.errors(include_url=False, include_context=False, include_input=False):
+            first.setdefault(found["loc"][0], found)
+        return list(first.values())
+    return []
+
+
+def _in_words(names: list[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]

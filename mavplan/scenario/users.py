@@ -1,0 +1,227 @@
+"""From a users file to checked names, positions, demands and pairs, still in degrees."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavplan.scenario.files import read_text
+from mavplan.scenario.model import UNPAIRED
+from mavplan.scenario.reference import Key, keys_of
+from mavplan.scenario.report import Report, figure, listed, shown
+from mavplan.scenario.sections import Columns
+from mavplan.scenario.table import Row, Table, is_empty, parse_number, parse_text
+from mavplan.scenario.users_csv import read_csv
+from mavplan.scenario.users_geojson import read_geojson
+
+MAX_BYTES = 64 * 1024 * 1024
+"""A users file larger than this is not read: half a million users with all that a city keeps of them."""
+
+READERS: dict[str, Callable[[str, str, Report], Table | None]] = {
+    ".csv": read_csv,
+    ".geojson": read_geojson,
+    ".json": read_geojson,
+}
+"""How each kind of users file is read, by the ending of its name."""
+
+_BIT_PER_MBIT = 1e6
+
+
+@dataclass(frozen=True)
+class FileUsers:
+    """What a users file holds, N users in its order; a value with a problem is NaN or made up, the problem noted.
+
+    Attributes
+    ----------
+    names
+        N names.
+    lat_deg, lon_deg
+        (N,) degrees.
+    demand_bit
+        (N,) bits, the default put in where the file brings none.
+    mate
+        (N,) index of the mate by the file's pair ids, or `UNPAIRED`.
+    has_pairs
+        Whether there is a pair column.
+    places
+        Where each user stands in the file, for problems.
+    """
+
+    names: tuple[str, ...]
+    lat_deg: NDArray[np.float64]
+    lon_deg: NDArray[np.float64]
+    demand_bit: NDArray[np.float64]
+    mate: NDArray[np.int64]
+    has_pairs: bool
+    places: tuple[str, ...]
+
+
+def read_users(
+    path: Path,
+    label: str,
+    columns: Columns,
+    default_mbit: float,
+    report: Report,
+    *,
+    pairs_needed: bool | None,
+) -> FileUsers | None:
+    """Read a users file and note every problem in it.
+
+    Parameters
+    ----------
+    path, label
+        The file, and what to call it in problems.
+    columns
+        The file's own name for each thing.
+    default_mbit
+        Demand of a user whose file brings none.
+    report
+        Takes the problems.
+    pairs_needed
+        True where pairs must be given, False where a pair column is not read, None where it is read if there is one.
+
+    Returns
+    -------
+    FileUsers or None
+        None where the file cannot be read at all.
+    """
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        known = ", ".join(READERS)
+        report.error(label, f"ends in {shown(path.suffix)}; a users file ends in one of {known}", "file-type")
+        return None
+    noted = report.count
+    text = read_text(path, label, MAX_BYTES, report)
+    table = None if text is None else reader(text, label, report)
+    if table is None:
+        return None
+    if not table.rows:
+        if report.count == noted:
+            report.error(label, "holds no users; at least one is needed", "empty")
+        return None
+    names = _names(table, columns, report)
+    lat_deg, lon_deg = _positions(table, columns, report)
+    demand_bit = _demands(table, columns, default_mbit, names, report)
+    pair_column = None
+    if pairs_needed is not False:
+        pair_column = table.find_column(columns.pair, "pair", report, needed=bool(pairs_needed))
+    mate = np.full(len(table.rows), UNPAIRED, dtype=np.int64)
+    if pair_column is not None:
+        mate = _mates(table, pair_column, report)
+    places = tuple(table.place(row) for row in table.rows)
+    return FileUsers(names, lat_deg, lon_deg, demand_bit, mate, pair_column is not None, places)
+
+
+def _names(table: Table, columns: Columns, report: Report) -> tuple[str, ...]:
+    """Return the users' names: the file's own where it has some, else user-1, user-2 …, all distinct."""
+    column = table.find_column(columns.name, "name", report, needed=False)
+    names: list[str] = []
+    first_row: dict[str, Row] = {}
+    for number, row in enumerate(table.rows, start=1):
+        name = _text(table, row, column, report) if column is not None else ""
+        name = name or f"user-{number}"
+        if name in first_row:
+            place = f"{table.row_word} {first_row[name].number:,}"
+            message = f"found {shown(name)}, the name of {place} too; names must differ"
+            report.error(table.place(row, column), message, "duplicate-name")
+        else:
+            first_row[name] = row
+        names.append(name)
+    return tuple(names)
+
+
+def _positions(
+    table: Table, columns: Columns, report: Report
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return latitude and longitude in degrees, NaN where there is a problem."""
+    found = []
+    for index, name in enumerate(("lat_deg", "lon_deg")):
+        key, mapped = keys_of("home")[name], getattr(columns, name)
+        values = np.full(len(table.rows), np.nan)
+        if table.has_geometry:
+            if mapped is not None:
+                message = f"{shown(mapped)} is not used: positions are those of the file's geometry"
+                report.warning(f"[columns] {name}", message, "not-used")
+            for i, row in enumerate(table.rows):
+                if row.position is not None:
+                    place = f"{table.place(row)}, geometry, {_IN_WORDS[name]}"
+                    values[i] = _number(row.position[index], key, place, report)
+        elif (column := table.find_column(mapped, name, report, needed=True)) is not None:
+            for i, row in enumerate(table.rows):
+                values[i] = _number(row.cells[column], key, table.place(row, column), report)
+        found.append(values)
+    return found[0], found[1]
+
+
+_IN_WORDS = {"lat_deg": "latitude", "lon_deg": "longitude"}
+
+
+def _demands(
+    table: Table, columns: Columns, default_mbit: float, names: tuple[str, ...], report: Report
+) -> NDArray[np.float64]:
+    """Return the demands in bits; where the file brings none, the default, said where only some bring one."""
+    column = table.find_column(columns.demand_mbit, "demand_mbit", report, needed=False)
+    demand_mbit = np.full(len(table.rows), default_mbit)
+    if column is None:
+        return demand_mbit * _BIT_PER_MBIT
+    key = keys_of("service")["demand_mbit"]
+    without: list[str] = []
+    for i, row in enumerate(table.rows):
+        value = row.cells.get(column)
+        if is_empty(value):
+            without.append(names[i])
+        else:
+            demand_mbit[i] = _number(value, key, table.place(row, column), report)
+    if without:
+        who = ", ".join(without[:5]) + (f" and {len(without) - 5:,} more" if len(without) > 5 else "")
+        message = (
+            f"nothing stands there for {who}: [service] demand_mbit is taken, {figure(default_mbit)} Mbit"
+        )
+        report.warning(f"{table.label}, {table.column_word} {listed([column])}", message, "default-demand")
+    return demand_mbit * _BIT_PER_MBIT
+
+
+def _mates(table: Table, column: str, report: Report) -> NDArray[np.int64]:
+    """Return each user's mate by pair ids, of which each must stand with exactly two users."""
+    members: dict[str, list[int]] = {}
+    for i, row in enumerate(table.rows):
+        pair = _text(table, row, column, report)
+        if pair:
+            members.setdefault(pair, []).append(i)
+    mate = np.full(len(table.rows), UNPAIRED, dtype=np.int64)
+    for pair, users in members.items():
+        if len(users) == 2:
+            mate[users] = users[::-1]
+            continue
+        numbers = ", ".join(f"{table.rows[i].number:,}" for i in users[:8])
+        where = (
+            f"in {table.row_word}{'s' if len(users) > 1 else ''} {numbers}{' …' if len(users) > 8 else ''}"
+        )
+        count = "once" if len(users) == 1 else f"{len(users):,} times"
+        message = f"the pair id {shown(pair)} stands there {count} ({where}); a pair is exactly two users"
+        report.error(table.place(table.rows[users[0]], column), message, "unmatched-pair")
+    return mate
+
+
+def _text(table: Table, row: Row, column: str, report: Report) -> str:
+    try:
+        return parse_text(row.cells.get(column))
+    except ValueError as problem:
+        report.error(table.place(row, column), str(problem), "bad-text", column)
+        return ""
+
+
+def _number(value: object, key: Key, place: str, report: Report) -> float:
+    """Return a checked number, or NaN with the problem noted."""
+    if is_empty(value):
+        report.error(
+            place, f"nothing stands there; allowed is {key.allowed_with_unit}", "missing-value", key.name
+        )
+        return np.nan
+    try:
+        return parse_number(value, key)
+    except ValueError as problem:
+        report.error(place, str(problem), "out-of-range", key.name)
+        return np.nan
