@@ -5,9 +5,11 @@ a file and a vehicle. Home is not an item here: where a file or a vehicle wants 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Literal
+
+from mavplan.errors import Problem
 
 Autopilot = Literal["ardupilot", "px4"]
 
@@ -98,7 +100,8 @@ class Mission:
     """A whole mission without home among its items.
 
     ``autopilot`` is None where the file did not say (a ``.waypoints`` without its plan). DO_JUMP targets count
-    from 0 over ``items``. Speeds are what a ground station shows; the vehicle obeys the items.
+    from 0 over ``items``. Speeds are what a ground station shows; the vehicle obeys the items. ``warnings`` is what
+    a reader left out or could not tell, for instance a fence; it takes no part in comparisons.
     """
 
     items: tuple[MissionItem, ...]
@@ -107,3 +110,4 @@ class Mission:
     mav_type: int = 2
     cruise_speed_m_s: float = 10.0
     hover_speed_m_s: float = 10.0
+    warnings: tuple[Problem, ...] = field(default=(), compare=False)
