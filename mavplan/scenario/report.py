@@ -36,8 +36,8 @@ def shown(value: object) -> str:  # noqa: PLR0911 - one answer a type
 
 
 def figure(value: float) -> str:
-    """Return a number as people write it: 10,000, 0.8, 1e+12."""
-    if not math.isfinite(value) or abs(value) >= 1e12:
+    """Return a number as people write it: 10,000, 0.8, 1e+20."""
+    if not math.isfinite(value) or abs(value) >= 1e20:
         return f"{value:g}"
     return f"{value:,.10g}" if value != int(value) else f"{int(value):,}"
 

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from mavplan.scenario.checks import check_altitude, check_distances, reach_of
 from mavplan.scenario.files import read_text
 from mavplan.scenario.model import Scenario, Users
-from mavplan.scenario.reference import RESERVED, SECTIONS, keys_of
+from mavplan.scenario.reference import RESERVED, SECTIONS, UNUSED, keys_of
 from mavplan.scenario.report import Report, key_name, listed, nearest, shown
 from mavplan.scenario.sections import D2D, Columns, Home, PlannerOptions, Radio, Service, Vehicle
 from mavplan.scenario.users import FileUsers, read_users
@@ -48,6 +48,7 @@ def load_scenario(path: Path | str) -> Scenario:
         report.raise_errors()
         raise AssertionError("a file that could not be read left no problem")
     sections = _Sections(data, str(path), report)
+    _note_unused(data, str(path), report)
     users_path = _users_path(data, path, report)
     _note_unknown(data, str(path), report)
     users = None
@@ -148,6 +149,15 @@ def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
         known = ["users", *SECTIONS, *RESERVED]
         message = f"is not known{_remedy(name, known, '')}"
         report.error(f"{label}, {key_name(name)}", message, "unknown-key")
+
+
+def _note_unused(data: dict[str, Any], label: str, report: Report) -> None:
+    """Note keys that are given but change nothing, lest anyone rely on them."""
+    for section, names in UNUSED.items():
+        table = data.get(section)
+        given = [name for name in names if name in table] if isinstance(table, dict) else []
+        for name in given:
+            report.warning(f"{label}, [{section}] {name}", "is not used: the plan does not depend on it", "not-used")
 
 
 def _remedy(name: str, known: list[str], section: str) -> str:
