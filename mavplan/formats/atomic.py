@@ -23,15 +23,15 @@ class _Prepared:
     asked: Path
 
 
-def atomic_write(path: Path | str, text: str) -> None:
-    """Write a text file so that a reader finds the old content or the new, never a part.
+def atomic_write(path: Path | str, content: str | bytes) -> None:
+    """Write a file so that a reader finds the old content or the new, never a part.
 
     Parameters
     ----------
     path
         Where the file goes. A link is followed, the mode of an existing file is kept.
-    text
-        Written as UTF-8 with its line ends as they are.
+    content
+        Bytes, or text that is written as UTF-8 with its line ends as they are.
 
     Raises
     ------
@@ -39,16 +39,16 @@ def atomic_write(path: Path | str, text: str) -> None:
         The folder is missing or cannot be written, or something that is no file is in the way; then nothing has
         changed.
     """
-    write_all([(path, text)])
+    write_all([(path, content)])
 
 
-def write_all(pairs: Iterable[tuple[Path | str, str]]) -> None:
-    """Write several text files; all are on disk beside their places before the first one is replaced.
+def write_all(pairs: Iterable[tuple[Path | str, str | bytes]]) -> None:
+    """Write several files; all are on disk beside their places before the first one is replaced.
 
     Parameters
     ----------
     pairs
-        Path and text of each file.
+        Path and content of each file.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def write_all(pairs: Iterable[tuple[Path | str, str]]) -> None:
     problems: list[Problem] = []
     seen: set[Path] = set()
     try:
-        for path, text in pairs:
+        for path, content in pairs:
             asked = Path(path)
             try:
                 target = asked.resolve()
@@ -69,7 +69,9 @@ def write_all(pairs: Iterable[tuple[Path | str, str]]) -> None:
                     )
                     continue
                 seen.add(target)
-                prepared.append(_prepare(asked, target, text.encode("utf-8")))
+                prepared.append(
+                    _prepare(asked, target, content.encode("utf-8") if isinstance(content, str) else content)
+                )
             except OSError as error:
                 problems.append(_problem(asked, error))
         if problems:

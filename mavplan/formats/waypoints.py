@@ -18,6 +18,7 @@ FIELDS = (
     *("latitude", "longitude", "altitude", "autocontinue"),
 )
 
+_NO_HOME = HomePosition(0, 0, 0.0)
 _WHOLE = re.compile(r"[+-]?[0-9]{1,9}", re.ASCII)
 _NUMBER = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,4})?", re.ASCII)
 
@@ -85,20 +86,15 @@ def loads(text: str, name: str) -> Mission:
     header, *lines = text.removeprefix("\ufeff").splitlines() or [""]
     if header.split() != HEADER.split():
         raise InputError([_header_problem(header, name)])
-    rows: list[_Row] = []
+    rows: list[_Row | None] = []
     for number, line in enumerate(lines, start=2):
         if line.strip() and not line.lstrip().startswith("#"):
-            row = _row(line, f"{name}, line {number}", problems)
-            if row is not None:
-                rows.append(row)
-    problems += _sequence_problems(rows, whole=not problems)
-    home, items = _home(rows, problems), [_item(row, problems) for row in rows[1:]]
-    if not items and not problems:
+            rows.append(_row(line, f"{name}, line {number}", problems))
+    problems += _sequence_problems(rows)
+    home = _home(rows[0], problems) if rows and rows[0] else _NO_HOME
+    items = [_item(row, len(rows) - 1, problems) for row in rows[1:] if row]
+    if len(rows) < 2:
         problems.append(Problem(name, "there are no items after home", "empty"))
-    for row, item in zip(rows[1:], items, strict=True):
-        wrong = values.jump_problem(item, len(items), f"{row.where}, param1")
-        if wrong is not None:
-            problems.append(wrong)
     if problems:
         raise InputError(problems)
     return Mission(items=tuple(items), home=home)
@@ -194,21 +190,19 @@ def _number(text: str, may_be_nan: bool, where: str, problems: list[Problem]) ->
     return 0.0
 
 
-def _sequence_problems(rows: list[_Row], *, whole: bool) -> list[Problem]:
-    """Return gaps in the numbering; lines that could not be read (``whole`` False) leave gaps of their own."""
-    if not whole:
-        return []
-    return [
-        Problem(f"{row.where}, sequence", f"found {row.sequence}, {expected} is expected here", "sequence")
-        for expected, row in enumerate(rows)
-        if row.sequence != expected
-    ]
+def _sequence_problems(rows: list[_Row | None]) -> list[Problem]:
+    """Return the gaps in the numbering, each once; beside a line that could not be read nothing is known."""
+    problems: list[Problem] = []
+    before: int | None = -1
+    for row in rows:
+        if row and before is not None and row.sequence != before + 1:
+            found = f"found {row.sequence}, {before + 1} is expected here"
+            problems.append(Problem(f"{row.where}, sequence", found, "sequence"))
+        before = row.sequence if row else None
+    return problems
 
 
-def _home(rows: list[_Row], problems: list[Problem]) -> HomePosition:
-    if not rows:
-        return HomePosition(0, 0, 0.0)
-    row = rows[0]
+def _home(row: _Row, problems: list[Problem]) -> HomePosition:
     # Mission Planner has written 0 as the command of home; all readers take it as the waypoint that it is.
     if row.command not in (0, Command.NAV_WAYPOINT) or row.frame not in (Frame.GLOBAL, Frame.GLOBAL_INT):
         found = f"command {row.command} in frame {row.frame}, home is expected here: command 16 in frame 0"
@@ -222,7 +216,7 @@ def _home(rows: list[_Row], problems: list[Problem]) -> HomePosition:
     return HomePosition(values.to_e7(row.lat_deg), values.to_e7(row.lon_deg), row.alt_m)
 
 
-def _item(row: _Row, problems: list[Problem]) -> MissionItem:
+def _item(row: _Row, count: int, problems: list[Problem]) -> MissionItem:
     params = row.params
     if row.command == Command.DO_JUMP:
         params = (params[0] - 1, *params[1:])
@@ -239,6 +233,7 @@ def _item(row: _Row, problems: list[Problem]) -> MissionItem:
         values.command_problem(row.command, f"{row.where}, command"),
         values.frame_problem(row.command, row.frame, f"{row.where}, frame"),
         *(values.param_problem(item, k, None, f"{row.where}, param{k}") for k in range(1, 5)),
+        values.jump_problem(item, count, f"{row.where}, param1"),
     ]
     if item.has_position:
         wrong += [
