@@ -9,13 +9,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from mavplan.errors import InputError, Problem
+from mavplan.planners.boaik import boaik
 from mavplan.planners.clustering import candidate_clusters
+from mavplan.planners.index import joint_index
+from mavplan.planners.sbw import sbw
+from mavplan.planners.setting import Setting
+from mavplan.planners.stoaik import stoaik
 from mavplan.planners.tloaik import tloaik
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import Channel
 from mavplan.scenario.model import Scenario, Users
 
-Plan = Callable[[Users, Channel, int, np.random.Generator], Trajectory]
+Plan = Callable[[Users, Channel, Setting], Trajectory]
+Cost = Callable[[Trajectory, Trajectory], float]
+"""(plan, benchmark) → what ``clusters = "auto"`` minimises."""
 
 
 @dataclass(frozen=True)
@@ -29,18 +36,34 @@ class Planner:
     plan
         The algorithm, for one number of clusters.
     cost
-        What ``clusters = "auto"`` minimises.
+        What ``clusters = "auto"`` minimises; None where the planner has no clusters.
     """
 
     name: str
     summary: str
     plan: Plan
-    cost: Callable[[Trajectory], float]
+    cost: Cost | None
+
+
+def length_m(found: Trajectory, _benchmark: Trajectory) -> float:
+    """Return the length: the least wins."""
+    return found.length_m
+
+
+def imbalance(found: Trajectory, benchmark: Trajectory) -> float:
+    """Return −ρ_e: the greatest index wins, where it has no value the shortest path."""
+    index = joint_index(found, benchmark)
+    return found.length_m if index is None else -index
 
 
 PLANNERS: dict[str, Planner] = {
     planner.name: planner
-    for planner in (Planner("tloaik", "shortest trajectory", tloaik, cost=lambda found: found.length_m),)
+    for planner in (
+        Planner("tloaik", "shortest trajectory", tloaik, length_m),
+        Planner("stoaik", "highest throughput", stoaik, imbalance),
+        Planner("boaik", "balance of both", boaik, imbalance),
+        Planner("sbw", "strips, the benchmark", lambda users, channel, _setting: sbw(users, channel), None),
+    )
 }
 
 
@@ -56,33 +79,41 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
 
     Returns
     -------
-    The plan; of several numbers of clusters the one of least cost, of equal ones that with the fewest clusters.
+    The plan; of several numbers of clusters the one of least cost, of equal ones that with the fewest.
 
     Raises
     ------
     InputError
         The planner's name is unknown, or nobody on the ground can be reached from this altitude.
     """
-    options = scenario.planner
+    options, users = scenario.planner, scenario.users
     planner = find_planner(options.name)
     channel = Channel(scenario.radio, scenario.vehicle.altitude_m, scenario.d2d)
     if channel.radius_m <= 0.0:
-        raise InputError(
-            [Problem("[vehicle] altitude_m", "nobody on the ground can be reached", "no-coverage")]
-        )
-    users = scenario.users
-    fixed = options.clusters
-    tried = [fixed] if isinstance(fixed, int) else candidate_clusters(users, channel.radius_m)
-    best: Trajectory | None = None
-    for done, clusters in enumerate(tried, start=1):
+        message = "nobody on the ground can be reached"
+        raise InputError([Problem("[vehicle] altitude_m", message, "no-coverage")])
+
+    def run(clusters: int) -> Trajectory:
         # Each K has a generator of its own: what one K draws does not depend on which others are tried.
-        found = planner.plan(users, channel, clusters, np.random.default_rng([options.seed, clusters]))
-        if best is None or planner.cost(found) < planner.cost(best):
-            best = found
+        rng = np.random.default_rng([options.seed, clusters])
+        return planner.plan(users, channel, Setting(clusters, rng, options.solver))
+
+    if planner.cost is None:
+        return run(0)
+    if isinstance(options.clusters, int):
+        return run(options.clusters)
+    benchmark = sbw(users, channel)
+    tried = candidate_clusters(users, channel.radius_m)
+    best: tuple[float, Trajectory] | None = None
+    for done, clusters in enumerate(tried, start=1):
+        found = run(clusters)
+        cost = planner.cost(found, benchmark)
+        if best is None or cost < best[0]:
+            best = cost, found
         if progress is not None:
             progress(done, len(tried))
     assert best is not None
-    return best
+    return best[1]
 
 
 def find_planner(name: str) -> Planner:
@@ -90,7 +121,5 @@ def find_planner(name: str) -> Planner:
     try:
         return PLANNERS[name]
     except KeyError:
-        known = ", ".join(PLANNERS)
-        raise InputError(
-            [Problem("[planner] name", f"unknown planner {name!r}; known: {known}", "unknown-planner")]
-        ) from None
+        message = f"unknown planner {name!r}; known: {', '.join(PLANNERS)}"
+        raise InputError([Problem("[planner] name", message, "unknown-planner")]) from None

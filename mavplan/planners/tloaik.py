@@ -9,20 +9,21 @@ import numpy as np
 from mavplan.planners.clustering import clip_clusters, cluster_centres
 from mavplan.planners.ordering import from_origin, minimum_path_order, path_length_m
 from mavplan.planners.selection import least_detour, supplementary_stops
+from mavplan.planners.setting import Setting
 from mavplan.planners.trajectory import Trajectory, assign
 from mavplan.radio import Channel
 from mavplan.scenario.model import Users
 
 
-def tloaik(users: Users, channel: Channel, clusters: int, rng: np.random.Generator) -> Trajectory:
+def tloaik(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     """Plan by trajectory-length optimisation with improved K-means.
 
     The K centres of the clustering phase, in MPSS order from the origin, make the reference trajectory; SPSS adds
     stops for those it leaves uncovered; MPSS orders the union. The leg from the origin counts to the reference
     (assumed: the paper does not say).
     """
-    clusters, notes = clip_clusters(users, clusters)
-    centres = cluster_centres(users.xy_m, clusters, rng)
+    clusters, notes = clip_clusters(users, setting.clusters)
+    centres = cluster_centres(users.xy_m, clusters, setting.rng)
     reference = from_origin(centres[minimum_path_order(centres)])
     added = supplementary_stops(users, centres, reference, channel, least_detour(channel.radius_m))
     stops = np.vstack([centres, added])

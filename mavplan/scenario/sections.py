@@ -15,6 +15,9 @@ from pydantic.dataclasses import dataclass
 
 _CHECKED = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
+Solver = Literal["closed-form", "cvxpy"]
+"""How the convex steps are solved: in closed form, or by CVXPY, slower, as the reference."""
+
 Positive = Annotated[float, Field(gt=0)]
 LatDeg = Annotated[float, Field(ge=-90, le=90)]
 LonDeg = Annotated[float, Field(ge=-180, le=180)]
@@ -102,8 +105,9 @@ class Service:
 
 @dataclass(frozen=True, config=_CHECKED)
 class PlannerOptions:
-    """Which planner, how many clusters (``auto`` tries several), and the seed of all that is random."""
+    """Which planner, how many clusters (``auto`` tries several), the seed of all that is random, the solver."""
 
     name: str = "tloaik"
     clusters: Annotated[int, Field(ge=1)] | Literal["auto"] = "auto"
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    solver: Solver = "closed-form"

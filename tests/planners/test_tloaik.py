@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from mavplan.errors import InputError
 from mavplan.planners import PLANNERS, plan_trajectory
 from mavplan.planners.selection import least_detour, supplementary_stops
+from mavplan.planners.setting import Setting
 from mavplan.radio import Channel
 from mavplan.scenario import D2D, UNPAIRED, Radio
 from tests.support import make_scenario, make_users, user_fields
@@ -70,7 +71,7 @@ def test_a_new_stop_that_covers_the_next_user_spares_it_one():
     name=st.sampled_from(sorted(PLANNERS)),
 )
 def test_every_user_is_reached_or_has_a_mate_that_is(users, clusters, seed, name):
-    found = PLANNERS[name].plan(users, CHANNEL, clusters, np.random.default_rng(seed))
+    found = PLANNERS[name].plan(users, CHANNEL, Setting(clusters, np.random.default_rng(seed)))
     distance_m = np.linalg.norm(users.xy_m[:, None] - found.stops_m, axis=2)
     reached = distance_m.min(axis=1) <= R + 1e-5
     served = found.assignment

@@ -1,0 +1,5 @@
+"""Entry point of ``python -m mavplan``."""
+
+from mavplan.cli import main
+
+main()

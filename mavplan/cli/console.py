@@ -1,0 +1,64 @@
+"""What every command prints with: tables and progress to people, plain text to pipes, problems to standard error."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import click
+
+from mavplan.errors import Problem
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+PIPE_WIDTH = 120
+"""Columns of a table that goes to a file or a pipe."""
+
+
+def stdout() -> "Console":
+    """Return the console for results; without colour and of fixed width when piped."""
+    from rich.console import Console
+
+    return Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, highlight=False, markup=False)
+
+
+def stderr() -> "Console":
+    """Return the console for progress."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False, markup=False)
+
+
+def printable(text: str) -> str:
+    """Return the text without control characters, which could command a terminal; new lines stay."""
+    return "".join(char if char == "\n" or char.isprintable() else "�" for char in text)
+
+
+def say_problems(problems: Iterable[Problem]) -> None:
+    """Print each problem on a line of standard error."""
+    for problem in problems:
+        click.secho(
+            f"{problem.severity}: ", nl=False, err=True, fg="red" if problem.severity == "error" else "yellow"
+        )
+        click.echo(printable(str(problem)), err=True)
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Callable[[int, int], None]]:
+    """Give a function of (done, to do) that moves a progress bar on standard error, if that is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _todo: None
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=stderr(),
+        transient=True,
+    ) as bar:
+        task = bar.add_task(label, total=None)
+        yield lambda done, todo: bar.update(task, completed=done, total=todo)

@@ -1,0 +1,51 @@
+"""The files that a plan is written to, by their suffix; all are prepared before any is replaced."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from mavplan.errors import InputError, Problem
+from mavplan.formats import FORMATS, format_of, write_all
+from mavplan.formats.beside import plan_path
+from mavplan.plan import Plan
+from mavplan.plan_file import dumps
+
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def check_outputs(paths: Sequence[Path]) -> None:
+    """Raise an `InputError` for every path whose suffix says no format, before any work is done."""
+    known = ", ".join((*FORMATS, *PICTURES))
+    problems = [
+        Problem(str(path), f"{path.suffix or 'a name without suffix'} is no output format: {known}", "format")
+        for path in paths
+        if path.suffix.lower() not in (*FORMATS, *PICTURES)
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[Problem]]:
+    """Write each file, and the plan itself beside each mission file.
+
+    Returns
+    -------
+    The files in the order in which they were asked for, and warnings of the formats.
+    """
+    contents: dict[Path, str | bytes] = {}
+    warnings: list[Problem] = []
+    for path in paths:
+        suffix = path.suffix.lower()
+        if suffix in PICTURES:
+            from mavplan.figures.map import render_plan
+
+            contents[path] = render_plan(plan, suffix[1:])
+            continue
+        mission_format = format_of(path)
+        contents[path] = mission_format.dumps(plan.built.mission)
+        warnings += [
+            Problem(str(path), problem.message, problem.code, problem.severity)
+            for problem in mission_format.warnings(plan.built.mission)
+        ]
+        contents.setdefault(plan_path(path), dumps(plan))
+    write_all(contents.items())
+    return list(contents), warnings

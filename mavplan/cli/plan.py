@@ -1,0 +1,118 @@
+"""``mavplan plan``: from a scenario to a table, a mission file and the plan beside it."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from mavplan.scenario.model import Scenario
+
+HOVER_STYLES = ("waypoint+loiter", "loiter", "hold")
+SECONDS_BEFORE_PROGRESS = 2.0
+
+
+class Clusters(click.ParamType[int | str]):
+    """``auto`` or a number of clusters."""
+
+    name = "K"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int | str:
+        """Return ``auto`` or a positive number."""
+        if value == "auto":
+            return "auto"
+        try:
+            clusters = int(value)
+        except ValueError:
+            clusters = 0
+        if clusters < 1:
+            self.fail(f"{value!r} is neither 'auto' nor a whole number from 1", param, ctx)
+        return clusters
+
+
+@click.command("plan", short_help="Plan stops, order and holds, and write the mission.")
+@click.argument("scenario", type=click.Path(path_type=Path))
+@click.option("--planner", metavar="NAME", help="Planner, instead of the scenario's: tloaik.")
+@click.option("--clusters", type=Clusters(), help="Number of clusters or 'auto', instead of the scenario's.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), help="Seed of all that is random, instead of the scenario's."
+)
+@click.option(
+    "--autopilot",
+    type=click.Choice(["ardupilot", "px4"]),
+    help="Firmware, instead of the scenario's [vehicle].",
+)
+@click.option(
+    "--hover",
+    type=click.Choice(HOVER_STYLES),
+    default=HOVER_STYLES[0],
+    show_default=True,
+    help="Mission items of a stop.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "outputs",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write this file: .plan, .waypoints, or a picture (.png, .svg, .pdf); may be given again. "
+    "Default: the scenario's name with .plan, in this folder.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+def plan_command(
+    scenario: Path,
+    planner: str | None,
+    clusters: int | str | None,
+    seed: int | None,
+    autopilot: str | None,
+    hover: str,
+    outputs: tuple[Path, ...],
+    as_json: bool,
+) -> None:
+    r"""Plan a flight for SCENARIO (a scenario.toml) and write it as a mission.
+
+    \b
+    mavplan plan scenario.toml
+    mavplan plan scenario.toml --clusters 6 -o valley.plan -o valley.waypoints -o valley.png
+    mavplan plan scenario.toml --json | jq .mission_s
+    """
+    from mavplan.cli.console import progress, say_problems
+    from mavplan.cli.outputs import check_outputs, write_outputs
+    from mavplan.cli.tables import print_plan
+    from mavplan.plan import make_plan
+    from mavplan.plan_file import summary
+    from mavplan.scenario import load_scenario
+
+    outputs = outputs or (Path(scenario.with_suffix(".plan").name),)
+    check_outputs(outputs)
+    loaded = with_options(load_scenario(scenario), planner, clusters, seed, autopilot)
+    with progress("planning") as tell:
+        made = make_plan(loaded, hover, tell)  # type: ignore[arg-type]
+    written, warnings = write_outputs(made, outputs)
+    say_problems([*made.warnings, *warnings])
+    if as_json:
+        click.echo(json.dumps(summary(made), ensure_ascii=False, allow_nan=False))
+        return
+    print_plan(made)
+    click.echo(f"written: {', '.join(str(path) for path in written)}")
+
+
+def with_options(
+    scenario: "Scenario",
+    planner: str | None,
+    clusters: int | str | None,
+    seed: int | None,
+    autopilot: str | None,
+) -> "Scenario":
+    """Return the scenario with what the command line says instead."""
+    chosen = {"name": planner, "clusters": clusters, "seed": seed}
+    given: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
+    vehicle: dict[str, Any] = {} if autopilot is None else {"autopilot": autopilot}
+    return dataclasses.replace(
+        scenario,
+        planner=dataclasses.replace(scenario.planner, **given),
+        vehicle=dataclasses.replace(scenario.vehicle, **vehicle),
+    )

@@ -1,0 +1,92 @@
+"""A `Plan`: scenario, trajectory, holds, mission and forecast of one flight, made in that order.
+
+The way of the data in one page; each step is a module of its own. No files here.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from mavplan.errors import Problem
+from mavplan.geo import LocalPlane
+from mavplan.hover import Holds, hold_times
+from mavplan.mission.autopilots import AUTOPILOTS, AutopilotRules
+from mavplan.mission.build import BuiltMission, build_mission
+from mavplan.mission.forecast import Forecast, forecast
+from mavplan.mission.model import HomePosition
+from mavplan.planners import plan_trajectory
+from mavplan.planners.trajectory import Trajectory
+from mavplan.scenario.model import Scenario
+
+HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """One planned flight, and everything that led to it."""
+
+    scenario: Scenario
+    rules: AutopilotRules
+    trajectory: Trajectory
+    holds: Holds
+    built: BuiltMission
+    forecast: Forecast
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """What the people who fly it should know, in the order of the steps."""
+        return (*self.scenario.warnings, *self.trajectory.notes, *self.built.warnings, *self._too_long())
+
+    def _too_long(self) -> tuple[Problem, ...]:
+        """Return a warning where the mission outlasts a given endurance."""
+        vehicle = self.scenario.vehicle
+        if vehicle.endurance_s is None:
+            return ()
+        usable_s = vehicle.endurance_s * (1 - vehicle.reserve_fraction)
+        if self.forecast.mission_s <= usable_s:
+            return ()
+        message = (
+            f"the mission takes {self.forecast.mission_s:,.0f} s, the battery lasts {usable_s:,.0f} s "
+            f"({vehicle.endurance_s:,.0f} s less a reserve of {vehicle.reserve_fraction:.0%})"
+        )
+        return (Problem("[vehicle] endurance_s", message, "mission-too-long", "warning"),)
+
+
+def make_plan(
+    scenario: Scenario,
+    hover: HoverStyle = "waypoint+loiter",
+    progress: Callable[[int, int], None] | None = None,
+) -> Plan:
+    """Plan a flight: stop points and their order, holds, mission, forecast.
+
+    Raises
+    ------
+    InputError
+        Nobody can be reached, a hold cannot be stored, the planner is unknown.
+    """
+    vehicle, home = scenario.vehicle, scenario.home
+    rules = AUTOPILOTS[vehicle.autopilot]
+    trajectory = plan_trajectory(scenario, progress)
+    holds = hold_times(scenario, trajectory, rules)
+    plane = LocalPlane(home.lat_deg, home.lon_deg)
+    lat_e7, lon_e7 = plane.to_e7(trajectory.stops_m)
+    built = build_mission(
+        home=HomePosition(round(home.lat_deg * 1e7), round(home.lon_deg * 1e7), home.alt_amsl_m),
+        stops_e7=list(zip(lat_e7.tolist(), lon_e7.tolist(), strict=True)),
+        holds_s=holds.stored_s.tolist(),
+        rules=rules,
+        altitude_m=vehicle.altitude_m,
+        speed_m_s=vehicle.speed_m_s,
+        end=vehicle.end,
+        hover=hover,
+    )
+    expected = forecast(
+        stops_m=trajectory.stops_m,
+        holds_s=holds.stored_s,
+        rules=rules,
+        altitude_m=vehicle.altitude_m,
+        speed_m_s=vehicle.speed_m_s,
+        acceleration_m_s2=vehicle.acceleration_m_s2,
+        end=vehicle.end,
+    )
+    return Plan(scenario, rules, trajectory, holds, built, expected)

@@ -1,0 +1,124 @@
+"""``X.mavplan.json``, the plan itself beside each mission file: who is served where, and what it was planned from.
+
+The first keys are those of ``mavplan plan --json``; the rest lets a report, a flight or a proof find the users and
+demands again without the scenario.
+"""
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from mavplan.plan import Plan
+from mavplan.scenario.model import UNPAIRED, Scenario, Users
+
+VERSION = 1
+
+
+def summary(plan: Plan) -> dict[str, Any]:
+    """Return the object of ``mavplan plan --json``: SI units, WGS84 degrees, stops in flying order."""
+    trajectory = plan.trajectory
+    return {
+        "planner": trajectory.planner,
+        "radius_m": round(trajectory.radius_m, 3),
+        "length_m": round(trajectory.length_m, 3),
+        "sum_rate_bit_s_hz": round(trajectory.sum_rate_bit_s_hz, 6),
+        "flight_s": round(plan.forecast.flight_s, 1),
+        "hover_s": plan.holds.hover_s,
+        "mission_s": round(round(plan.forecast.flight_s, 1) + plan.holds.hover_s, 3),
+        "stops": _stops(plan),
+        "users": _users(plan),
+    }
+
+
+def _stops(plan: Plan) -> list[dict[str, Any]]:
+    """Return the stops as the mission holds them."""
+    assignment, names = plan.trajectory.assignment, plan.scenario.users.names
+    items = plan.built.mission.items
+    return [
+        {
+            "lat_deg": items[item.first].lat_deg,
+            "lon_deg": items[item.first].lon_deg,
+            "alt_rel_m": items[item.first].alt_m,
+            "hold_s": hold_s,
+            "users": [name for name, at in zip(names, assignment.stop, strict=True) if at == stop],
+        }
+        for stop, (item, hold_s) in enumerate(
+            zip(plan.built.stop_items, plan.holds.stored_s.tolist(), strict=True)
+        )
+    ]
+
+
+def _users(plan: Plan) -> list[dict[str, Any]]:
+    """Return the users in the order of their file."""
+    users, assignment = plan.scenario.users, plan.trajectory.assignment
+    bandwidth_hz = plan.scenario.radio.bandwidth_hz
+    return [
+        {
+            "name": name,
+            "lat_deg": float(users.lat_deg[n]),
+            "lon_deg": float(users.lon_deg[n]),
+            "demand_mbit": float(users.demand_bit[n] / 1e6),
+            "stop": int(assignment.stop[n]),
+            "via": "d2d" if assignment.d2d[n] else "air",
+            "mate": None if users.mate[n] == UNPAIRED else users.names[users.mate[n]],
+            "rate_bit_s": round(float(assignment.rate_bit_s_hz[n] * bandwidth_hz), 1),
+        }
+        for n, name in enumerate(users.names)
+    ]
+
+
+def document(plan: Plan) -> dict[str, Any]:
+    """Return what ``X.mavplan.json`` holds; item indices count from 0 over the items without home."""
+    names = plan.scenario.users.names
+    return {
+        "format": "mavplan",
+        "version": VERSION,
+        **summary(plan),
+        "autopilot": plan.rules.name,
+        "clusters": plan.trajectory.clusters,
+        "asked_hold_s": [round(seconds, 6) for seconds in plan.holds.asked_s.tolist()],
+        "stop_items": [{"first": item.first, "hold": item.hold} for item in plan.built.stop_items],
+        "schedule": [
+            {
+                "stop": slot.stop,
+                "user": names[slot.user],
+                "start_s": round(slot.start_s, 6),
+                "duration_s": round(slot.duration_s, 6),
+            }
+            for slot in plan.holds.schedule
+        ],
+        "scenario": sections(plan.scenario),
+        "scenario_sha256": fingerprint(plan.scenario),
+    }
+
+
+def dumps(plan: Plan) -> str:
+    """Return the text of ``X.mavplan.json``."""
+    return json.dumps(document(plan), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def sections(scenario: Scenario) -> dict[str, Mapping[str, Any]]:
+    """Return every section with its values, defaults included."""
+    named: dict[str, Any] = {
+        "home": scenario.home,
+        "radio": scenario.radio,
+        "d2d": scenario.d2d,
+        "vehicle": scenario.vehicle,
+        "service": scenario.service,
+        "planner": scenario.planner,
+    }
+    return {name: dataclasses.asdict(section) for name, section in named.items()}
+
+
+def fingerprint(scenario: Scenario) -> str:
+    """Return SHA-256 over every value that a plan depends on, the same however the files are laid out."""
+    content = {**sections(scenario), "users": _user_values(scenario.users)}
+    return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=False).encode()).hexdigest()
+
+
+def _user_values(users: Users) -> list[list[Any]]:
+    """Return the users' values as plain lists."""
+    columns = (users.lat_deg, users.lon_deg, users.demand_bit, users.mate)
+    return [list(row) for row in zip(users.names, *(column.tolist() for column in columns), strict=True)]

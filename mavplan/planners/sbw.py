@@ -1,0 +1,59 @@
+"""SBW: strip-based waypoints, the benchmark of section 7.
+
+The smallest axis-parallel rectangle round the users is cut into strips of width R, whose centre lines are flown in a
+snake. Direction, stops abeam and axis-parallel strips are assumed: our copy of the paper does not show them.
+"""
+
+import math
+
+import numpy as np
+
+from mavplan.planners.ordering import from_origin, path_length_m
+from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.radio import Channel
+from mavplan.scenario.model import Floats, Ints, Users
+
+
+def sbw(users: Users, channel: Channel) -> Trajectory:
+    """Plan strip-based waypoints: all of every strip, southernmost first from its western end; no D2D.
+
+    Stops are on the centre line abeam of each user of the strip that is not yet within R of a stop, in flying order.
+    The length is that of the whole snake, the way from the origin included.
+    """
+    radius_m = channel.radius_m
+    (west, south), (east, north) = users.xy_m.min(axis=0), users.xy_m.max(axis=0)
+    strips = max(1, math.ceil((north - south) / radius_m))
+    strip = strip_of(users.xy_m[:, 1] - south, radius_m, strips)
+    covered = np.zeros(len(users), dtype=bool)
+    corners: list[tuple[float, float]] = []
+    stops: list[Floats] = []
+    for index in range(strips):
+        centre_line = south + (index + 0.5) * radius_m
+        eastward = index % 2 == 0
+        corners += (
+            [(west, centre_line), (east, centre_line)]
+            if eastward
+            else [(east, centre_line), (west, centre_line)]
+        )
+        own = np.flatnonzero(strip == index)
+        along = users.xy_m[own, 0]
+        for user in own[np.argsort(along if eastward else -along, kind="stable")]:
+            if not covered[user]:
+                stop = np.array([users.xy_m[user, 0], centre_line])
+                stops.append(stop)
+                covered |= channel.reaches(np.linalg.norm(users.xy_m - stop, axis=1))
+    snake = from_origin(np.array(corners))
+    return Trajectory(
+        planner="sbw",
+        clusters=0,
+        stops_m=np.array(stops),
+        reference_m=snake,
+        assignment=assign(users, np.array(stops), channel, d2d=False),
+        radius_m=radius_m,
+        length_m=path_length_m(snake),
+    )
+
+
+def strip_of(height_m: Floats, width_m: float, strips: int) -> Ints:
+    """Return the strip of each height above the southern edge; a user on a border belongs to the first of the two."""
+    return np.clip(np.ceil(height_m / width_m).astype(np.int64) - 1, 0, strips - 1)
