@@ -1,0 +1,110 @@
+"""Bytes to messages and back: MAVLink framing that finds its way again after corruption; the fields are pymavlink's.
+
+pymavlink's own parser swallows as many bytes as a damaged length says, good frames among them. Here a frame that
+fails its checksum costs one byte, and the search goes on behind it.
+"""
+
+from typing import Any
+
+from pymavlink.dialects.v20 import common
+
+from mavplan.link.protocol import GROUND, Address, Message
+
+_V1, _V2 = 0xFE, 0xFD
+_HEADER = {_V1: 6, _V2: 10}
+_CHECKSUM = 2
+_SIGNATURE = 13
+_SIGNED = 0x01
+_STALE_S = 0.5
+
+
+class Codec:
+    """One side of one link: keeps the unfinished end of what was received, and the number of what was sent.
+
+    Parameters
+    ----------
+    us
+        System and component in what we send.
+    """
+
+    def __init__(self, us: Address = GROUND) -> None:
+        self._mavlink: Any = common.MAVLink(None, srcSystem=us.system, srcComponent=us.component)
+        self._buffer = bytearray()
+        self._since: float | None = None
+        self.bad = 0
+        """Frames and stretches of bytes that were thrown away."""
+
+    def encode(self, message: Message) -> bytes:
+        """Return the message as a MAVLink 2 frame, numbered in sequence.
+
+        Raises
+        ------
+        struct.error
+            A value does not fit its field; `mavplan.mission.wire.wire_problems` finds those in a mission.
+        """
+        frame = bytes(message.pack(self._mavlink))
+        self._mavlink.seq = (self._mavlink.seq + 1) % 256
+        return frame
+
+    def decode(self, data: bytes, now: float) -> list[Message]:
+        """Return the messages that are complete with these bytes; damaged and unknown ones are left out.
+
+        Parameters
+        ----------
+        data
+            What was received, cut anywhere.
+        now
+            Seconds on any steady clock: an unfinished frame that stays so for half a second is given up.
+        """
+        self._buffer += data
+        messages: list[Message] = []
+        start = 0
+        while start < len(self._buffer):
+            length = self._frame_length(start)
+            if length is None:
+                if self._since is None or start > 0:
+                    self._since = now
+                if now - self._since < _STALE_S:
+                    break
+                length = 0  # the rest never came: look for a frame inside what did
+            self._since = None
+            message = self._read(start, length) if length else None
+            if message is None:
+                start = self._next_marker(start + 1)
+                self.bad += 1
+                continue
+            start += length
+            if not isinstance(message, common.MAVLink_unknown):
+                messages.append(message)
+        del self._buffer[:start]
+        return messages
+
+    def _frame_length(self, start: int) -> int | None:
+        """Whole length of the frame that begins here; 0 if none does, None if its end is still to come."""
+        buffer = self._buffer
+        header = _HEADER.get(buffer[start])
+        if header is None:
+            return 0
+        if len(buffer) - start < 3:
+            return None
+        length = header + buffer[start + 1] + _CHECKSUM
+        if buffer[start] == _V2:
+            if buffer[start + 2] & ~_SIGNED:
+                return 0
+            length += _SIGNATURE if buffer[start + 2] & _SIGNED else 0
+        return length if len(buffer) - start >= length else None
+
+    def _read(self, start: int, length: int) -> Any:
+        end = start + length
+        try:
+            message = self._mavlink.decode(self._buffer[start:end])
+        except common.MAVError:
+            return None
+        if isinstance(message, common.MAVLink_unknown) and end < len(self._buffer):
+            # Its checksum cannot be tested. Believe it only where another frame follows at once.
+            return message if self._buffer[end] in _HEADER else None
+        return message
+
+    def _next_marker(self, start: int) -> int:
+        found = [at for marker in _HEADER if (at := self._buffer.find(marker, start)) >= 0]
+        return min(found, default=len(self._buffer))

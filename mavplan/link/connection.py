@@ -1,0 +1,351 @@
+"""Thin sockets and a serial port: `open_connection`. Bytes in, bytes out; whoever is at the other end may come and go.
+
+A connection belongs to one thread. Losing the peer is no error here and costs no processor time: reading waits out
+its time, a caller calls again once a second, a listener takes the next one who comes.
+"""
+
+import contextlib
+import errno
+import select
+import socket
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import Any
+
+from mavplan.errors import InputError, NoLinkError
+from mavplan.link.endpoint import Endpoint
+
+CHUNK = 65_536
+CONNECT_S = 5.0
+RECONNECT_S = 1.0
+WRITE_S = 0.25
+"""A peer that takes no bytes for so long has lost them: better than waiting beyond a deadline."""
+
+_FATAL_WRITE = frozenset({errno.EMSGSIZE, errno.EBADF, errno.EINVAL, errno.ENOTSOCK})
+
+
+class Connection(ABC):
+    """One open link."""
+
+    @abstractmethod
+    def read(self, timeout_s: float) -> bytes:
+        """Return what has come, as soon as something has; empty after ``timeout_s`` of nothing."""
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Send a frame. What cannot be sent is lost, as on a radio."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give the port back."""
+
+    def hold_peer(self) -> None:  # noqa: B027 - nothing to do where there is one peer
+        """Answer only to where the last bytes came from, from now on.
+
+        Of use where several may send to one UDP port; elsewhere there is one peer anyway.
+        """
+
+
+@contextlib.contextmanager
+def open_connection(endpoint: Endpoint) -> Iterator[Connection]:
+    """Open a link and close it in the end.
+
+    Raises
+    ------
+    NoLinkError
+        Nobody listens there, the address is in use or not ours, there is no such serial port.
+    InputError
+        A serial endpoint without the package pyserial.
+    """
+    connection = _opened(endpoint)
+    try:
+        yield connection
+    finally:
+        connection.close()
+
+
+def _opened(endpoint: Endpoint) -> Connection:
+    try:
+        match endpoint.kind:
+            case "udpin":
+                return UdpIn(endpoint)
+            case "udpout":
+                return UdpOut(endpoint)
+            case "tcpin":
+                return TcpIn(endpoint)
+            case "tcpout":
+                return TcpOut(endpoint)
+            case "serial":
+                return Serial(endpoint)
+    except OSError as error:
+        doing = "listen at" if endpoint.listens else "open"
+        raise NoLinkError(f"cannot {doing} {endpoint}: {error.strerror or error}") from error
+
+
+def _address(endpoint: Endpoint, kind: socket.SocketKind) -> tuple[int, Any]:
+    family, _, _, _, address = socket.getaddrinfo(endpoint.host, endpoint.port, type=kind)[0]
+    return family, address
+
+
+def _readable(sock: socket.socket, timeout_s: float) -> bool:
+    return bool(select.select([sock], [], [], max(0.0, timeout_s))[0])
+
+
+class _Udp(Connection):
+    """What both UDP kinds share: reading that does not stumble over the other side's closed port."""
+
+    def __init__(self, endpoint: Endpoint) -> None:
+        family, self._where = _address(endpoint, socket.SOCK_DGRAM)
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+
+    def read(self, timeout_s: float) -> bytes:
+        """Return what has come; see `Connection`."""
+        until = time.monotonic() + timeout_s
+        while True:
+            # Each round takes one datagram or one "port closed" off the queue, of which there is at most one for
+            # each datagram sent: no hot loop.
+            if not _readable(self._socket, until - time.monotonic()):
+                return b""
+            with contextlib.suppress(OSError):
+                data, sender = self._socket.recvfrom(CHUNK)
+                self._heard(sender)
+                return data
+
+    def _heard(self, sender: Any) -> None:
+        """Take note of where a datagram came from."""
+
+    def _send_to(self, data: bytes, to: Any) -> None:
+        try:
+            self._socket.sendto(data, to)
+        except OSError as error:
+            if error.errno in _FATAL_WRITE:
+                raise
+
+    def close(self) -> None:
+        """Close it."""
+        self._socket.close()
+
+
+class UdpIn(_Udp):
+    """Listens; answers to whoever was heard last, or to the peer that is held."""
+
+    def __init__(self, endpoint: Endpoint) -> None:
+        super().__init__(endpoint)
+        try:
+            self._socket.bind(self._where)
+        except OSError:
+            self._socket.close()
+            raise
+        self._last: Any = None
+        self._peer: Any = None
+        self._held = False
+
+    @property
+    def port(self) -> int:
+        """The port it listens at."""
+        return int(self._socket.getsockname()[1])
+
+    def hold_peer(self) -> None:
+        """Answer only to where the last datagram came from."""
+        self._peer, self._held = self._last, True
+
+    def _heard(self, sender: Any) -> None:
+        self._last = sender
+        if not self._held:
+            self._peer = sender
+
+    def write(self, data: bytes) -> None:
+        """Send a datagram, once somebody was heard."""
+        if self._peer is not None:
+            self._send_to(data, self._peer)
+
+
+class UdpOut(_Udp):
+    """Calls an address; hears whoever answers to our port."""
+
+    def write(self, data: bytes) -> None:
+        """Send a datagram."""
+        self._send_to(data, self._where)
+
+
+class _Stream(Connection):
+    """What both TCP kinds share: one peer, or none for the time being."""
+
+    def __init__(self) -> None:
+        self._peer: socket.socket | None = None
+
+    def read(self, timeout_s: float) -> bytes:
+        """Return what has come; see `Connection`."""
+        until = time.monotonic() + timeout_s
+        while True:
+            left_s = max(0.0, until - time.monotonic())
+            if self._peer is None and not self._find_peer(left_s):
+                return b""
+            if self._peer is None or not _readable(self._peer, until - time.monotonic()):
+                return b""
+            try:
+                data = self._peer.recv(CHUNK)
+            except OSError:
+                data = b""
+            if data:
+                return data
+            self._drop()
+
+    def write(self, data: bytes) -> None:
+        """Send a frame; see `Connection`."""
+        if self._peer is None:
+            return
+        try:
+            self._peer.settimeout(WRITE_S)
+            self._peer.sendall(data)
+        except OSError:
+            self._drop()  # half a frame may be out: the rest would be read as another's beginning
+
+    def _find_peer(self, timeout_s: float) -> bool:
+        """Wait for a peer; whether there is one."""
+        raise NotImplementedError
+
+    def _take(self, peer: socket.socket) -> None:
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._peer = peer
+
+    def _drop(self) -> None:
+        if self._peer is not None:
+            self._peer.close()
+            self._peer = None
+
+    def close(self) -> None:
+        """Close it."""
+        self._drop()
+
+
+class TcpOut(_Stream):
+    """Connects; when the connection breaks, connects again once a second."""
+
+    def __init__(self, endpoint: Endpoint) -> None:
+        super().__init__()
+        self._where = (endpoint.host, endpoint.port)
+        self._take(socket.create_connection(self._where, CONNECT_S))
+        self._again_at = 0.0
+
+    def _drop(self) -> None:
+        super()._drop()
+        self._again_at = time.monotonic() + RECONNECT_S
+
+    def _find_peer(self, timeout_s: float) -> bool:
+        wait_s = self._again_at - time.monotonic()
+        if wait_s > 0:
+            time.sleep(min(wait_s, timeout_s))
+            if wait_s > timeout_s:
+                return False
+        self._again_at = time.monotonic() + RECONNECT_S
+        with contextlib.suppress(OSError):
+            self._take(socket.create_connection(self._where, max(0.05, min(RECONNECT_S, timeout_s))))
+        return self._peer is not None
+
+
+class TcpIn(_Stream):
+    """Waits for a connection; when it breaks, for the next one."""
+
+    def __init__(self, endpoint: Endpoint) -> None:
+        super().__init__()
+        family, where = _address(endpoint, socket.SOCK_STREAM)
+        self._listener = socket.socket(family, socket.SOCK_STREAM)
+        try:
+            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._listener.bind(where)
+            self._listener.listen(1)
+            self._listener.setblocking(False)
+        except OSError:
+            self._listener.close()
+            raise
+
+    @property
+    def port(self) -> int:
+        """The port it listens at."""
+        return int(self._listener.getsockname()[1])
+
+    def _find_peer(self, timeout_s: float) -> bool:
+        if _readable(self._listener, timeout_s):
+            with contextlib.suppress(OSError):
+                self._take(self._listener.accept()[0])
+        return self._peer is not None
+
+    def close(self) -> None:
+        """Close the connection and stop listening."""
+        super().close()
+        self._listener.close()
+
+
+class Serial(Connection):
+    """A serial port; when it is unplugged, it is opened again as soon as it is back."""
+
+    def __init__(self, endpoint: Endpoint) -> None:
+        try:
+            import serial
+        except ImportError as error:
+            raise InputError(
+                f"{endpoint} is a serial port, for which the package pyserial is missing: pip install 'mavplan[serial]'"
+            ) from error
+        self._endpoint = endpoint
+        self._module = serial
+        self._port: Any = None
+        self._again_at = 0.0
+        try:
+            self._open()
+        except (serial.SerialException, ValueError) as error:
+            raise NoLinkError(f"cannot open {endpoint}: {error}") from error
+
+    def _open(self) -> None:
+        self._port = self._module.Serial(
+            self._endpoint.device, self._endpoint.baud, timeout=0, write_timeout=WRITE_S
+        )
+
+    def read(self, timeout_s: float) -> bytes:
+        """Return what has come; see `Connection`."""
+        until = time.monotonic() + timeout_s
+        try:
+            if self._port is None and not self._reopen(timeout_s):
+                return b""
+            self._port.timeout = max(0.0, until - time.monotonic())
+            first: bytes = self._port.read(1)
+            rest: bytes = self._port.read(self._port.in_waiting) if first else b""
+            return first + rest
+        except (self._module.SerialException, OSError):
+            self._drop()
+            return b""
+
+    def write(self, data: bytes) -> None:
+        """Send a frame; see `Connection`."""
+        if self._port is None:
+            return
+        try:
+            self._port.write(data)
+        except self._module.SerialTimeoutException:
+            return
+        except (self._module.SerialException, OSError):
+            self._drop()
+
+    def _reopen(self, timeout_s: float) -> bool:
+        wait_s = self._again_at - time.monotonic()
+        if wait_s > 0:
+            time.sleep(min(wait_s, max(0.0, timeout_s)))
+            if wait_s > timeout_s:
+                return False
+        self._again_at = time.monotonic() + RECONNECT_S
+        with contextlib.suppress(self._module.SerialException, OSError):
+            self._open()
+        return self._port is not None
+
+    def _drop(self) -> None:
+        if self._port is not None:
+            with contextlib.suppress(self._module.SerialException, OSError):
+                self._port.close()
+        self._port = None
+        self._again_at = time.monotonic() + RECONNECT_S
+
+    def close(self) -> None:
+        """Close it."""
+        self._drop()

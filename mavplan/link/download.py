@@ -1,0 +1,186 @@
+"""The download: our list request, the vehicle's count, our requests, its items, our ACK. No I/O; see `transfer`.
+
+One item at a time, each request repeated after a short silence. PX4 ends a download when a request comes out of
+order (a link that reorders can do that) and sends nothing again by itself: the list is asked for anew, from the
+start. It also stays busy until it has our ACK, so every download ends with one.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from mavplan.link.protocol import (
+    Address,
+    Message,
+    Result,
+    mission_ack,
+    mission_request,
+    mission_request_list,
+    opaque_id,
+    received_item,
+)
+from mavplan.link.transfer import Move, Progress, State, Transfer
+from mavplan.mission.wire import WireItem
+
+LIST_AGAIN_S = 0.5
+BUSY_S = 1.0
+SILENCE_S = 5.5
+"""PX4 has forgotten a download by then."""
+UNSUPPORTED_BELIEVED = 3
+
+
+class DownloadEnd(Enum):
+    """How a download ended."""
+
+    COMPLETE = "complete"
+    REFUSED = "refused"
+    EXPIRED = "out of time"
+
+
+@dataclass(frozen=True, slots=True)
+class DownloadOutcome:
+    """The end of a download.
+
+    Attributes
+    ----------
+    end
+        How it ended.
+    items
+        All items in order, if it is complete.
+    result
+        The MISSION_ACK's result where it was refused.
+    """
+
+    end: DownloadEnd
+    items: tuple[WireItem, ...] = ()
+    result: int | None = None
+
+
+class Download(Transfer):
+    """Fetch what a vehicle holds of one mission type."""
+
+    def __init__(
+        self,
+        vehicle: Address,
+        us: Address,
+        mission_type: int = 0,
+        *,
+        now: float,
+        deadline: float,
+        phase: str = "downloading",
+    ) -> None:
+        super().__init__(vehicle, us, mission_type, now=now, deadline=deadline, ask_again_s=LIST_AGAIN_S)
+        self.outcome: DownloadOutcome | None = None
+        self.attempts = 0
+        self.opaque_id: int | None = None
+        """The vehicle's checksum of what it gave."""
+        self._phase = phase
+        self._listed = False
+        self._count = 0
+        self._items: list[WireItem] = []
+        self._requests = 0
+        self._request_at = now
+        self._heard_at = now
+        self._refusals = 0
+        self._begin(now)
+
+    def restart(self, now: float, pause_s: float = 0.0) -> None:
+        """Do it all again, after a pause: what was fetched so far may be out of date."""
+        self.outcome = None
+        if self.state is State.ENDED:
+            self._move(Move.RESTARTED)
+            self._begin(now)
+            self._ask_at = now + pause_s
+        else:
+            self._pause(now, pause_s)
+
+    def _begin(self, now: float) -> None:
+        self.attempts += 1
+        self._listed = False
+        self._count = 0
+        self._items = []
+        self._requests = 0
+        self._ask_at = now
+        if self.attempts > 1:
+            self._note(Progress(self._phase, 0, 0, "starting again"))
+
+    def _ask(self, now: float) -> None:
+        self._listed = True
+        self._send(mission_request_list(self.vehicle, self.mission_type))
+
+    def _on_message(self, message: Message, now: float) -> None:
+        if self.state is State.ENDED:
+            return
+        match message.get_type():
+            case "MISSION_COUNT":
+                self._on_count(message, now)
+            case "MISSION_ITEM_INT":
+                self._on_item(received_item(message), now)
+            case "MISSION_ACK":
+                self._on_ack(int(message.type), now)
+
+    def _on_count(self, message: Message, now: float) -> None:
+        if self.state is not State.ASKING:
+            if self.state is State.MOVING and message.count != self._count:
+                self._pause(now, BUSY_S)  # it is another mission than the one begun
+            return
+        if not self._listed:  # it answers an earlier request
+            return
+        self._move(Move.ANSWERED)
+        self._heard_at = now
+        self._count = int(message.count)
+        self.opaque_id = opaque_id(message)
+        if self._count == 0:
+            self._complete()
+        else:
+            self._request(now)
+
+    def _on_item(self, item: WireItem, now: float) -> None:
+        if self.state is not State.MOVING or item.seq != len(self._items):
+            return
+        if self._requests == 1:
+            self.pace.saw(now - self._request_at)
+        self._heard_at = now
+        self._refusals = 0
+        self._items.append(item)
+        self._requests = 0
+        self._note(Progress(self._phase, len(self._items), self._count))
+        if len(self._items) == self._count:
+            self._complete()
+        else:
+            self._request(now)
+
+    def _on_ack(self, result: int, now: float) -> None:
+        if result in {Result.UNSUPPORTED, Result.NO_SPACE} and self.state is State.ASKING:
+            self._refusals += 1
+            if self._refusals >= UNSUPPORTED_BELIEVED:
+                self._move(Move.REFUSED)
+                self.outcome = DownloadOutcome(DownloadEnd.REFUSED, result=result)
+            return
+        if result == Result.ACCEPTED or self.state is State.PAUSED:
+            return
+        busy = result == Result.DENIED or self.state is State.ASKING
+        self._pause(now, BUSY_S if busy else self.pace.repeat_s)
+
+    def _request(self, now: float) -> None:
+        self._requests += 1
+        self._request_at = now
+        self._send(mission_request(self.vehicle, len(self._items), self.mission_type))
+
+    def _on_moving(self, now: float) -> None:
+        if now >= self._heard_at + SILENCE_S:
+            self._move(Move.SILENT)
+            self._begin(now)
+        elif now >= self._request_at + self.pace.repeat_s:
+            self._request(now)
+
+    def _moving_timer(self) -> float:
+        return min(self._request_at + self.pace.repeat_s, self._heard_at + SILENCE_S)
+
+    def _complete(self) -> None:
+        self._send(mission_ack(self.vehicle, Result.ACCEPTED, self.mission_type))
+        self._move(Move.FINISHED)
+        self.outcome = DownloadOutcome(DownloadEnd.COMPLETE, tuple(self._items))
+
+    def _expire(self, now: float) -> None:
+        self._move(Move.EXPIRED)
+        self.outcome = DownloadOutcome(DownloadEnd.EXPIRED)

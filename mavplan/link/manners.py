@@ -1,0 +1,35 @@
+"""How each autopilot behaves during a transfer, as far as the client's side must know. Measured; see docs/link.md."""
+
+from dataclasses import dataclass
+
+from mavplan.mission.model import Autopilot
+
+
+@dataclass(frozen=True, slots=True)
+class Manners:
+    """The manners of one firmware.
+
+    Attributes
+    ----------
+    forgets_after_s
+        An upload in which the vehicle got no good item for this long has ended on its side, perhaps without a word.
+    atomic
+        The old mission stays until the last item is in. Else the count truncates it and every item overwrites it.
+    boots_without_space
+        It answers "no space for 0 items" while it starts.
+    judges_after_s
+        Seconds after its ACK until MISSION_CURRENT shows whether it takes the mission for flyable; None: it does not
+        judge.
+    """
+
+    forgets_after_s: float
+    atomic: bool
+    boots_without_space: bool
+    judges_after_s: float | None
+
+
+MANNERS: dict[Autopilot, Manners] = {
+    "ardupilot": Manners(forgets_after_s=8.0, atomic=False, boots_without_space=True, judges_after_s=None),
+    # 1.3 s at worst, before which MISSION_CURRENT may show the state of the old mission; the rest is for the link.
+    "px4": Manners(forgets_after_s=5.0, atomic=True, boots_without_space=False, judges_after_s=2.0),
+}

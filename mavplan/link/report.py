@@ -1,0 +1,177 @@
+"""What is told about an upload: `UploadReport` when it is stored and verified, else one sentence of what is known."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mavplan.errors import MavplanError, Problem, RefusedError, UncertainError
+from mavplan.link.manners import Manners
+from mavplan.link.protocol import Address, Result, result_words, seqs_in_words
+from mavplan.link.upload import Upload, UploadOutcome
+from mavplan.link.verdict import Judgement
+from mavplan.mission.autopilots import AutopilotRules
+from mavplan.mission.model import Autopilot
+from mavplan.mission.readback import Difference
+from mavplan.mission.sendable import command_name
+from mavplan.mission.wire import WireItem
+
+
+@dataclass(frozen=True, slots=True)
+class UploadReport:
+    """A mission that is stored and verified.
+
+    Attributes
+    ----------
+    items
+        Items on the wire, with home on ArduPilot.
+    autopilot, vehicle
+        Firmware and address.
+    judgement
+        What PX4 thinks of it; None for an autopilot that does not judge.
+    opaque_id
+        The vehicle's checksum of its mission, where it has one.
+    upload_s
+        Seconds from the first count to the ACK (or to the last item, if the ACK was lost).
+    total_s
+        Seconds from the first look for a vehicle to the end.
+    uploads, read_backs
+        How often it took.
+    stored
+        The items as the vehicle gave them back.
+    warnings
+        What else should be known.
+    """
+
+    items: int
+    autopilot: Autopilot
+    vehicle: Address
+    judgement: Judgement | None
+    opaque_id: int | None
+    upload_s: float
+    total_s: float
+    uploads: int
+    read_backs: int
+    stored: tuple[WireItem, ...]
+    warnings: tuple[Problem, ...] = ()
+
+
+class DiffersError(UncertainError):
+    """The vehicle gave back something else than it was sent; ``differences`` has every field."""
+
+    def __init__(self, message: str, found: Sequence[Difference]) -> None:
+        self.differences = tuple(found)
+        super().__init__(message)
+
+
+def refused(
+    upload: Upload,
+    outcome: UploadOutcome,
+    rules: AutopilotRules,
+    manners: Manners,
+    *,
+    texts: Sequence[str],
+    space: int | None,
+    stored: Sequence[WireItem] | None,
+    found: Sequence[Difference],
+) -> MavplanError:
+    """Put a refusal into words: whether the old mission is kept is the first thing that matters.
+
+    Parameters
+    ----------
+    upload, outcome
+        The transfer and its end.
+    rules, manners
+        The firmware.
+    texts
+        What the vehicle said beside its ACK.
+    space
+        Items it has room for, where it said so.
+    stored, found
+        What it holds, read back after the refusal (None: not to be had), and how that differs from the mission.
+    """
+    count = len(upload.items)
+    if outcome.result == Result.NO_SPACE:
+        room = f"room for {space} items" if space else "no room for so many items"
+        what = f"the vehicle has {room}, this mission has {count}{', home included' if rules.home_on_wire else ''}"
+    elif outcome.seq is None:
+        what = f"{rules.title} refused the mission: {result_words(outcome.result or 0)}"
+    else:
+        name = command_name(upload.items[outcome.seq].command)
+        what = f"{rules.title} refused item {outcome.seq} ({name}): {result_words(outcome.result or 0)}"
+    said = f"; it says {'; '.join(repr(text) for text in texts)}" if texts else ""
+    if manners.atomic or not upload.taken:
+        holds = f", {len(stored)} items" if stored is not None else ""
+        return RefusedError(f"{what}{said}; the vehicle keeps its old mission{holds}")
+    if stored is None:
+        rest = f"the items before it are new and the rest is old: do not fly it{said}"
+        return UncertainError(f"{what}; {rest}")
+    wrong = sorted({difference.seq for difference in found if difference.seq is not None})
+    are = "are" if len(wrong) > 1 else "is"
+    holds = f"it now holds {len(stored)} items, of which {seqs_in_words(wrong)} {are} not this mission's"
+    if not wrong:
+        holds = f"it now holds {len(stored)} items of {count}"
+    return DiffersError(f"{what}; {holds}: do not fly it{said}", found)
+
+
+def broken_off(upload: Upload, rules: AutopilotRules, manners: Manners, cause: str) -> MavplanError:  # noqa: PLR0911
+    """Put into words what is known when a transfer ended before its outcome.
+
+    Parameters
+    ----------
+    upload, rules, manners
+        The transfer and the firmware.
+    cause
+        For instance ``no end within 60 s``.
+    """
+    count = len(upload.items)
+    if upload.count_sent_at is None:
+        return RefusedError(f"{cause}: nothing of the mission was sent")
+    if not upload.taken:
+        if upload.put_off_by is not None and not upload.unanswered_counts:
+            why = result_words(upload.put_off_by)
+            return RefusedError(
+                f"{cause}: the vehicle put the mission off every time, {why}; nothing of it was taken"
+            )
+        return UncertainError(
+            f"{cause}: the vehicle was told of {count} items but never asked for one, "
+            "so whether it still holds its old mission is not known"
+        )
+    far = f"{cause}: the vehicle asked for items up to number {upload.highest_asked} of 0 to {count - 1}"
+    if upload.accepted_at is not None:
+        return UncertainError(f"{far} and accepted them once, but what it holds now is not known")
+    if not manners.atomic:
+        return UncertainError(
+            f"{far}; {rules.title} overwrites its mission item by item, so it holds a mixture of the old and the new: "
+            "do not fly it, upload again"
+        )
+    if upload.highest_asked < count - 1:
+        return UncertainError(
+            f"{far}; {rules.title} keeps its old mission until the last item is in, "
+            "but that could not be read back: upload again"
+        )
+    return UncertainError(
+        f"{far}; whether {rules.title} took the last one could not be read back: upload again"
+    )
+
+
+def unread(upload: Upload, rules: AutopilotRules, cause: str) -> UncertainError:
+    """Put into words that all was sent, but nothing could be read back."""
+    took = "accepted" if upload.accepted_at is not None else "was sent"
+    return UncertainError(
+        f"{cause}: {rules.title} {took} all {len(upload.items)} items, but they could not be read back, "
+        "so what it holds is not known"
+    )
+
+
+def differing(found: Sequence[Difference], rules: AutopilotRules) -> DiffersError:
+    """Put into words that the vehicle holds something else, and stays by it."""
+    shown = "; ".join(difference.words for difference in found[:3])
+    more = f"; and {len(found) - 3} more" if len(found) > 3 else ""
+    return DiffersError(f"{rules.title} holds something else than it was sent: {shown}{more}", found)
+
+
+def infeasible(count: int, rules: AutopilotRules, texts: Sequence[str]) -> RefusedError:
+    """Put into words that a stored mission will not be flown."""
+    said = (
+        f": {'; '.join(repr(text) for text in texts)}" if texts else ", without a reason that it would tell"
+    )
+    return RefusedError(f"{rules.title} stored all {count} items but judges the mission not flyable{said}")
