@@ -1,4 +1,4 @@
-"""Checks across sections: that the altitude leaves a coverage radius, that users are within reach of home."""
+"""Checks beyond single values: that a planner exists, an altitude leaves a coverage radius, users are within reach."""
 
 import math
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from mavplan.geo import geodesic_distance_m
 from mavplan.radio import coverage_radius_m, highest_altitude_m
 from mavplan.scenario.model import UNPAIRED
-from mavplan.scenario.report import Report, figure
-from mavplan.scenario.sections import Home, Radio, Vehicle
+from mavplan.scenario.report import Report, figure, listed, nearest, shown
+from mavplan.scenario.sections import Home, PlannerOptions, Radio, Vehicle
 from mavplan.scenario.users import FileUsers
 
 MAX_DISTANCE_M = 100_000.0
@@ -28,6 +28,18 @@ def check_altitude(radio: Radio, vehicle: Vehicle, label: str, report: Report) -
         f"{figure(radio.snr_threshold_db)}, as the coverage radius is positive only below {below} m"
     )
     report.error(f"{label}, [vehicle] altitude_m", message, "no-coverage")
+
+
+def check_planner(options: PlannerOptions, label: str, report: Report) -> None:
+    """Note a planner that does not exist."""
+    from mavplan.planners import PLANNERS
+
+    if options.name in PLANNERS:
+        return
+    like = nearest(options.name, list(PLANNERS))
+    hint = f"; nearest is {like}" if like else ""
+    message = f"found {shown(options.name)}; allowed is one of {listed(PLANNERS)}{hint}"
+    report.error(f"{label}, [planner] name", message, "unknown-planner")
 
 
 def check_distances(users: FileUsers, home: Home, reach: "Reach | None", report: Report) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from mavplan.scenario.reference import Key
+from mavplan.scenario.reference import Key, keys_of
 from mavplan.scenario.report import Report, listed, nearest, shown
 
 _DECIMAL = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -84,7 +84,8 @@ class Table:
                 return None
         if needed or mapped is not None:
             found = listed(self.columns) if self.columns else "none"
-            like = nearest(wanted, self.columns)
+            others = keys_of("columns").keys() if mapped is None else ()
+            like = nearest(wanted, [column for column in self.columns if column.lower() not in others])
             hint = f"; nearest is {plain(like)}" if like else ""
             remedy = "" if mapped is not None else f"; if another holds it, say which in [columns] {key}"
             asked = "" if mapped is None else f", which [columns] {key} names"

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from mavplan.scenario.checks import check_altitude, check_distances, reach_of
+from mavplan.scenario.checks import check_altitude, check_distances, check_planner, reach_of
 from mavplan.scenario.files import read_text
 from mavplan.scenario.model import Scenario, Users
 from mavplan.scenario.reference import RESERVED, SECTIONS, UNUSED, keys_of
@@ -62,6 +62,7 @@ def load_scenario(path: Path | str) -> Scenario:
             report,
             pairs_needed=None if matching is None else matching == "given",
         )
+    check_planner(sections.planner, str(path), report)
     if sections.sound("radio", "vehicle"):
         check_altitude(sections.radio, sections.vehicle, str(path), report)
     if users is not None and sections.home is not None:
@@ -157,7 +158,9 @@ def _note_unused(data: dict[str, Any], label: str, report: Report) -> None:
         table = data.get(section)
         given = [name for name in names if name in table] if isinstance(table, dict) else []
         for name in given:
-            report.warning(f"{label}, [{section}] {name}", "is not used: the plan does not depend on it", "not-used")
+            report.warning(
+                f"{label}, [{section}] {name}", "is not used: the plan does not depend on it", "not-used"
+            )
 
 
 def _remedy(name: str, known: list[str], section: str) -> str:
