@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mavplan.errors import InputError
-from mavplan.planners.ordering import from_origin
 from mavplan.planners.trajectory import Trajectory
 from mavplan.scenario.model import Floats, Users
 
@@ -50,17 +49,16 @@ def draw_map(ax: "Axes", users: Users, trajectory: Trajectory, hold_s: Floats | 
         ax.plot([], [], color=D2D, linewidth=1.2, label="D2D pair")
     if len(trajectory.reference_m):
         ax.plot(*trajectory.reference_m.T, "--", color=REFERENCE, linewidth=1, zorder=1, label="reference")
-    path = from_origin(stops)
-    ax.plot(*path.T, color=PATH, linewidth=1.4, zorder=3, label=f"path, {trajectory.length_m:,.0f} m")
+    ax.plot(
+        *trajectory.path_m.T, color=PATH, linewidth=1.4, zorder=3, label=f"path, {trajectory.length_m:,.0f} m"
+    )
     on_air, relayed = users.xy_m[~assignment.d2d & assignment.served], users.xy_m[assignment.d2d]
     size = 26 if len(users) <= LABELLED_USERS else 9
-    ax.scatter(
-        on_air[:, 0], on_air[:, 1], s=size, color=AIR, zorder=4, label="served from the air"
-    )
+    ax.scatter(on_air[:, 0], on_air[:, 1], s=size, color=AIR, zorder=4, label="served from the air")
     if len(relayed):
         ax.scatter(
-            users.xy_m[relayed, 0],
-            users.xy_m[relayed, 1],
+            relayed[:, 0],
+            relayed[:, 1],
             s=size,
             color=D2D,
             marker="D",
@@ -83,7 +81,10 @@ def draw_map(ax: "Axes", users: Users, trajectory: Trajectory, hold_s: Floats | 
 
 def _number_stops(ax: "Axes", stops_m: Floats, hold_s: Floats | None) -> None:
     """Write each stop's number, and its hold, at its place."""
+    from matplotlib.patheffects import withStroke
+
     crowded = len(stops_m) > LABELLED_USERS
+    outline = [withStroke(linewidth=2.5, foreground="white")]
     for index, place in enumerate(stops_m):
         ax.annotate(
             str(index + 1), place, ha="center", va="center", fontsize=5 if crowded else 8, color="white", zorder=6,
@@ -92,8 +93,16 @@ def _number_stops(ax: "Axes", stops_m: Floats, hold_s: Floats | None) -> None:
         if hold_s is not None and not crowded:
             ax.annotate(
                 f"{hold_s[index]:g} s", place, (0, -13), textcoords="offset points",
-                ha="center", va="top", fontsize=7, zorder=6,
+                ha="center", va="top", fontsize=7, zorder=6, path_effects=outline,
             )  # fmt: skip
+
+
+def _figure_size(users: Users, trajectory: Trajectory) -> tuple[float, float]:
+    """Return width and height in inches that fit what is drawn, with a scale alike on both axes."""
+    drawn = np.vstack([users.xy_m, trajectory.path_m])
+    width_m, height_m = np.ptp(drawn, axis=0) + 2 * trajectory.radius_m
+    scale = 8.0 / max(width_m, height_m)
+    return max(6.5, width_m * scale + 1.0), max(5.0, height_m * scale + 1.2)
 
 
 def render_plan(plan: "Plan", file_format: str) -> bytes:
@@ -108,7 +117,7 @@ def render_plan(plan: "Plan", file_format: str) -> bytes:
         from matplotlib.figure import Figure
     except ImportError as error:
         raise InputError("pictures need matplotlib: pip install 'mavplan[figures]'") from error
-    figure = Figure(figsize=(8, 7), layout="constrained")
+    figure = Figure(figsize=_figure_size(plan.scenario.users, plan.trajectory), layout="constrained")
     ax = draw_map(figure.add_subplot(), plan.scenario.users, plan.trajectory, plan.holds.stored_s)
     trajectory = plan.trajectory
     ax.set_title(

@@ -7,7 +7,7 @@ import numpy as np
 
 from mavplan.planners.balance import best_balance
 from mavplan.planners.clustering import clip_clusters, cluster_centres
-from mavplan.planners.ordering import from_origin, minimum_path_order, path_length_m
+from mavplan.planners.ordering import from_origin, minimum_path_order, stops_only_path
 from mavplan.planners.sca import STEPS, improve_stops
 from mavplan.planners.selection import supplementary_stops
 from mavplan.planners.setting import Setting
@@ -30,13 +30,14 @@ def boaik(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     added = supplementary_stops(users, improved, reference, channel, best_balance(channel))
     stops = np.vstack([improved, added])
     stops = stops[minimum_path_order(stops)]
+    path, stop_at = stops_only_path(stops)
     return Trajectory(
         planner="boaik",
         clusters=clusters,
-        stops_m=stops,
+        path_m=path,
+        stop_at=stop_at,
         reference_m=reference,
         assignment=assign(users, stops, channel, d2d=True),
         radius_m=channel.radius_m,
-        length_m=path_length_m(from_origin(stops)),
         notes=notes,
     )

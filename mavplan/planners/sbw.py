@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from mavplan.planners.ordering import from_origin, path_length_m
+from mavplan.planners.ordering import ORIGIN_M
 from mavplan.planners.trajectory import Trajectory, assign
 from mavplan.radio import Channel
 from mavplan.scenario.model import Floats, Ints, Users
@@ -25,32 +25,33 @@ def sbw(users: Users, channel: Channel) -> Trajectory:
     strips = max(1, math.ceil((north - south) / radius_m))
     strip = strip_of(users.xy_m[:, 1] - south, radius_m, strips)
     covered = np.zeros(len(users), dtype=bool)
-    corners: list[tuple[float, float]] = []
-    stops: list[Floats] = []
+    path: list[Floats] = [ORIGIN_M]
+    stop_at: list[int] = []
     for index in range(strips):
         centre_line = south + (index + 0.5) * radius_m
         eastward = index % 2 == 0
-        corners += (
-            [(west, centre_line), (east, centre_line)]
-            if eastward
-            else [(east, centre_line), (west, centre_line)]
-        )
+        first, last = (west, east) if eastward else (east, west)
+        path.append(np.array([first, centre_line]))
         own = np.flatnonzero(strip == index)
         along = users.xy_m[own, 0]
         for user in own[np.argsort(along if eastward else -along, kind="stable")]:
             if not covered[user]:
                 stop = np.array([users.xy_m[user, 0], centre_line])
-                stops.append(stop)
                 covered |= channel.reaches(np.linalg.norm(users.xy_m - stop, axis=1))
-    snake = from_origin(np.array(corners))
+                if (stop != path[-1]).any():
+                    path.append(stop)
+                stop_at.append(len(path) - 1)
+        if last != path[-1][0]:
+            path.append(np.array([last, centre_line]))
+    flown = np.array(path)
     return Trajectory(
         planner="sbw",
         clusters=0,
-        stops_m=np.array(stops),
-        reference_m=snake,
-        assignment=assign(users, np.array(stops), channel, d2d=False),
+        path_m=flown,
+        stop_at=np.array(stop_at),
+        reference_m=np.empty((0, 2)),
+        assignment=assign(users, flown[stop_at], channel, d2d=False),
         radius_m=radius_m,
-        length_m=path_length_m(snake),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from mavplan.planners.clustering import clip_clusters, cluster_centres
 from mavplan.planners.geometry import nearest_of
-from mavplan.planners.ordering import from_origin, minimum_path_order, path_length_m
+from mavplan.planners.ordering import from_origin, minimum_path_order, stops_only_path
 from mavplan.planners.sca import STEPS, improve_stops
 from mavplan.planners.setting import Setting
 from mavplan.planners.trajectory import Trajectory, assign
@@ -29,13 +29,14 @@ def stoaik(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     above = np.unique(users.xy_m[~covered], axis=0)
     stops = np.vstack([improved, above])
     stops = stops[minimum_path_order(stops)]
+    path, stop_at = stops_only_path(stops)
     return Trajectory(
         planner="stoaik",
         clusters=clusters,
-        stops_m=stops,
+        path_m=path,
+        stop_at=stop_at,
         reference_m=from_origin(improved[minimum_path_order(improved)]),
         assignment=assign(users, stops, channel, d2d=False),
         radius_m=channel.radius_m,
-        length_m=path_length_m(from_origin(stops)),
         notes=notes,
     )

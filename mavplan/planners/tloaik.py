@@ -7,7 +7,7 @@ on K-means", EURASIP J. Wireless Com. Network. 2021:107, doi 10.1186/s13638-021-
 import numpy as np
 
 from mavplan.planners.clustering import clip_clusters, cluster_centres
-from mavplan.planners.ordering import from_origin, minimum_path_order, path_length_m
+from mavplan.planners.ordering import from_origin, minimum_path_order, stops_only_path
 from mavplan.planners.selection import least_detour, supplementary_stops
 from mavplan.planners.setting import Setting
 from mavplan.planners.trajectory import Trajectory, assign
@@ -28,13 +28,14 @@ def tloaik(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     added = supplementary_stops(users, centres, reference, channel, least_detour(channel.radius_m))
     stops = np.vstack([centres, added])
     stops = stops[minimum_path_order(stops)]
+    path, stop_at = stops_only_path(stops)
     return Trajectory(
         planner="tloaik",
         clusters=clusters,
-        stops_m=stops,
+        path_m=path,
+        stop_at=stop_at,
         reference_m=reference,
         assignment=assign(users, stops, channel, d2d=True),
         radius_m=channel.radius_m,
-        length_m=path_length_m(from_origin(stops)),
         notes=notes,
     )

@@ -6,6 +6,7 @@ import numpy as np
 
 from mavplan.errors import Problem
 from mavplan.planners.geometry import nearest_of
+from mavplan.planners.ordering import path_length_m
 from mavplan.radio import Channel
 from mavplan.scenario.model import UNPAIRED, Bools, Floats, Ints, Users
 
@@ -39,34 +40,44 @@ class Assignment:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Stop points in flying order from the origin (0, 0), without return.
+    """A path from the origin (0, 0), the stop points on it in flying order, and who is served where; no return.
 
     Attributes
     ----------
     planner, clusters
         Name in the registry; the number of clusters used, 0 where the planner has none.
-    stops_m
-        (M, 2) metres east and north of home.
+    path_m
+        (P + 1, 2) metres east and north of home: the origin, then every point that is flown to.
+    stop_at
+        (M,) rows of ``path_m`` that are stop points; the others are only turned at.
     reference_m
         (S + 1, 2) reference polyline from the origin that supplementary stops were measured against; may be empty.
     assignment
-        Who is served where.
+        Who is served where; its stops count as ``stop_at`` does.
     radius_m
         Coverage radius R.
-    length_m
-        Length of the path: origin to last stop, unless the planner flies another line.
     notes
         What the planner had to change or decide that a user should know.
     """
 
     planner: str
     clusters: int
-    stops_m: Floats
+    path_m: Floats
+    stop_at: Ints
     reference_m: Floats
     assignment: Assignment
     radius_m: float
-    length_m: float
     notes: tuple[Problem, ...] = ()
+
+    @property
+    def stops_m(self) -> Floats:
+        """(M, 2) the stop points in flying order."""
+        return self.path_m[self.stop_at]
+
+    @property
+    def length_m(self) -> float:
+        """Length of the path, from the origin to its last point."""
+        return path_length_m(self.path_m)
 
     @property
     def sum_rate_bit_s_hz(self) -> float:
