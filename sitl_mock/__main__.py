@@ -1,0 +1,174 @@
+"""The command: ``python -m sitl_mock --firmware ardupilot|px4 --conn SPEC …``.
+
+Exit codes: 0 ended by Ctrl-C or SIGTERM, 1 the simulated firmware crashed, 2 usage, or an address that cannot be had.
+"""
+
+import argparse
+import contextlib
+import math
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+
+from sitl_mock.autopilot import Autopilot
+from sitl_mock.conn import Connection, parse_connection
+from sitl_mock.endpoint import Endpoint, Vehicle
+from sitl_mock.faults import Faults, fault_help, parse_faults
+from sitl_mock.firmware import FIRMWARES
+from sitl_mock.network import FaultyNetwork
+
+DEFAULT_CONNECTION = "udpin:127.0.0.1:14550"
+
+
+def _connection(text: str) -> Connection:
+    try:
+        return parse_connection(text)
+    except ValueError as wrong:
+        raise argparse.ArgumentTypeError(str(wrong)) from None
+
+
+def _faults(text: str) -> str:
+    try:
+        parse_faults(text)
+    except ValueError as wrong:
+        raise argparse.ArgumentTypeError(str(wrong)) from None
+    return text
+
+
+def _home(text: str) -> tuple[float, float, float]:
+    try:
+        lat_deg, lon_deg, alt_m = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"home {text!r} must be LAT,LON,ALT, as in 47.3977,8.5456,488"
+        ) from None
+    if (
+        not all(math.isfinite(value) for value in (lat_deg, lon_deg, alt_m))
+        or abs(lat_deg) > 90
+        or abs(lon_deg) > 180
+    ):
+        raise argparse.ArgumentTypeError(
+            f"home {text!r} has a latitude beyond 90, a longitude beyond 180 or no number"
+        )
+    return lat_deg, lon_deg, alt_m
+
+
+def _number(low: int, high: int) -> Callable[[str], int]:
+    def read(text: str) -> int:
+        value = int(text) if text.isascii() and text.isdigit() else -1
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} must be a whole number from {low} to {high}")
+        return value
+
+    return read
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="sitl_mock",
+        description="A mock autopilot: the vehicle's side of MAVLink missions, with the manners of ArduPilot or PX4.",
+        epilog="faults, as in --fault drop=0.3,dup,reorder,delay=200ms:\n" + fault_help(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--firmware", choices=sorted(FIRMWARES), required=True)
+    parser.add_argument(
+        "--conn",
+        action="append",
+        type=_connection,
+        metavar="SPEC",
+        help=f"udpin:HOST:PORT and tcpin:HOST:PORT listen, udpout: and tcp: call; more than one may be given "
+        f"(default {DEFAULT_CONNECTION})",
+    )
+    parser.add_argument(
+        "--home", type=_home, metavar="LAT,LON,ALT", help="degrees and metres; without it: no home yet"
+    )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        type=_faults,
+        default=[],
+        metavar="NAMES",
+        help="what goes wrong; see below",
+    )
+    parser.add_argument(
+        "--seed", type=_number(0, 2**63), default=0, metavar="N", help="of the faults (default 0)"
+    )
+    parser.add_argument("--capacity", type=_number(0, 65535), metavar="N", help="mission items that fit")
+    parser.add_argument(
+        "--system-id", type=_number(1, 255), default=1, metavar="N", help="MAVLink system (default 1)"
+    )
+    parser.add_argument(
+        "--pace", action="store_true", help="answer as slowly as the real autopilot was measured to"
+    )
+    return parser
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the mock until it is told to stop; return the exit code.
+
+    Parameters
+    ----------
+    argv
+        Arguments without the program's name; by default those of this process.
+    """
+    try:
+        arguments = _parser().parse_args(argv)
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else 2
+    firmware = FIRMWARES[arguments.firmware]
+    autopilot = Autopilot(
+        firmware,
+        system_id=arguments.system_id,
+        home=arguments.home,
+        capacity=arguments.capacity,
+        item_pace_s=firmware.item_pace_s if arguments.pace else 0.0,
+    )
+    faults = Faults()
+    for text in arguments.fault:
+        faults = parse_faults(text, faults)
+    vehicle: Vehicle = autopilot if faults == Faults() else FaultyNetwork(autopilot, faults, arguments.seed)
+    connections: Sequence[Connection] = arguments.conn or [parse_connection(DEFAULT_CONNECTION)]
+    try:
+        endpoint = Endpoint(vehicle, connections)
+    except OSError as wrong:
+        asked = ", ".join(str(connection) for connection in connections)
+        print(f"sitl_mock: cannot listen on {asked}: {wrong.strerror or wrong}", file=sys.stderr)
+        return 2
+    try:
+        with contextlib.closing(endpoint), _ended_by_signals():
+            for bound in endpoint.bound:
+                doing = "listening on" if bound.listens else "calling"
+                _say(f"sitl_mock: {firmware.title}, system {arguments.system_id}, {doing} {bound}")
+            endpoint.run()
+    except KeyboardInterrupt:
+        return 0
+    print(
+        f"sitl_mock: the simulated firmware crashed, as the real one does: {vehicle.killed_by}",
+        file=sys.stderr,
+    )
+    return 1
+
+
+def _say(line: str) -> None:
+    with contextlib.suppress(BrokenPipeError):  # whoever waited for the line may be gone
+        print(line, flush=True)
+
+
+@contextlib.contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Turn SIGTERM and SIGINT into KeyboardInterrupt, where this is the thread that may."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    names = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(name, signal.default_int_handler) for name in names]
+    try:
+        yield
+    finally:
+        for name, handler in zip(names, before, strict=True):
+            signal.signal(name, handler)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

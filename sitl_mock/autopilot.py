@@ -1,0 +1,330 @@
+"""A mock autopilot without I/O: bytes in, bytes out, time as an argument.
+
+It takes what ground stations send over any number of links, answers as its firmware was measured to answer, and
+says when it wants to be called again. Sockets are in `endpoint`, a bad radio in `network`.
+"""
+
+import math
+from collections import deque
+from collections.abc import Hashable
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl_mock import commands
+from sitl_mock.ardupilot_missions import ArduPilotMissions
+from sitl_mock.firmware import Firmware
+from sitl_mock.items import MissionType, StoredItem, VehicleKilledError
+from sitl_mock.mission_wire import item_of, message_of
+from sitl_mock.missions import SEVERITY_INFO, MissionKeeper, Partner, Reply, Text
+from sitl_mock.parameters import Parameters
+from sitl_mock.px4_missions import Px4Missions
+from sitl_mock.telemetry import DATA_STREAMS, Schedule, Telemetry
+from sitl_mock.vehicle import Home, VehicleState
+from sitl_mock.wire import Encoder, Message, Parser
+
+HEARTBEAT_PERIOD_S = 1.0
+GROUND_STATION_MEMORY_S = 2.5
+"""How long a ground station's heartbeat counts for."""
+REBOOT_SILENCE_S = 1.0
+MISSION_COMPONENTS = frozenset({0, 1, 190})
+COMPONENTS = frozenset({0, 1})
+MIN_PERIOD_S = 0.02
+
+
+class Autopilot:
+    """One vehicle: call `receive` with what came and `tick` when `next_timer` says; take what `to_send` gives.
+
+    Parameters
+    ----------
+    firmware
+        `firmware.ARDUPILOT` or `firmware.PX4`.
+    system_id, component_id
+        MAVLink ids of the vehicle.
+    home
+        Latitude and longitude in degrees and metres above mean sea level; None: no home yet.
+    boot_time_s
+        Seconds from the first call until the vehicle is ready; by default it is up already.
+    capacity
+        Greatest number of mission items taken (ArduPilot's with home), in place of the firmware's.
+    item_pace_s
+        Time from a message to its answer; `firmware.item_pace_s` is as measured.
+    telemetry
+        Send the firmware's own streams; without, only HEARTBEAT and MISSION_CURRENT come unasked.
+
+    Raises
+    ------
+    ValueError
+        If home or an id is no such thing.
+    """
+
+    def __init__(
+        self,
+        firmware: Firmware,
+        *,
+        system_id: int = 1,
+        component_id: int = 1,
+        home: tuple[float, float, float] | None = None,
+        boot_time_s: float = 0.0,
+        capacity: int | None = None,
+        item_pace_s: float = 0.0,
+        telemetry: bool = True,
+    ) -> None:
+        if not (1 <= system_id <= 255 and 1 <= component_id <= 255):
+            raise ValueError(f"system {system_id} and component {component_id} must be 1 to 255")
+        if capacity is not None and not 0 <= capacity <= 65535:
+            raise ValueError(f"capacity {capacity} must be 0 to 65535")
+        self.firmware = firmware
+        self.system_id = system_id
+        self.component_id = component_id
+        self.killed_by: str | None = None
+        self.vehicle = VehicleState.on_ground(firmware, None if home is None else Home.from_degrees(*home))
+        self.vehicle.ready = boot_time_s <= 0
+        self._boot_time_s = boot_time_s
+        self._pace_s = item_pace_s
+        room = dict(firmware.capacity)
+        if capacity is not None:
+            room[MissionType.MISSION] = capacity
+        keeper = ArduPilotMissions if firmware.name == "ardupilot" else Px4Missions
+        self._missions: MissionKeeper = keeper(firmware, self.vehicle, room)
+        self._parameters = Parameters(firmware)
+        self._telemetry = Telemetry(firmware, self.vehicle, system_id)
+        streams = {
+            name: period
+            for name, period in firmware.streams.items()
+            if telemetry or name == "MISSION_CURRENT"
+        }
+        self._schedule = Schedule(streams)
+        self._encoder = Encoder(system_id, component_id)
+        self._parsers: dict[Hashable, Parser] = {}
+        self._inbox: deque[tuple[float, Hashable, Message]] = deque()
+        self._outbox: list[tuple[Hashable | None, bytes]] = []
+        self._heard_station: dict[Hashable, float] = {}
+        self._text_id = 0
+        self._started: float | None = None
+        self._silent_until = -math.inf
+        self._next_heartbeat = -math.inf
+
+    # What a driver calls
+
+    def receive(self, data: bytes, sender: Hashable, now: float) -> None:
+        """Take bytes that came from `sender`, which names a link: a UDP address, a TCP connection."""
+        self.tick(now)
+        if self.killed_by is not None or now < self._silent_until:
+            return
+        for message in self._parsers.setdefault(sender, Parser()).feed(data):
+            if self._pace_s > 0:
+                self._inbox.append((now + self._pace_s, sender, message))
+            else:
+                self._handle(sender, message, now)
+
+    def tick(self, now: float) -> None:
+        """Do whatever is due by now."""
+        if self._started is None:
+            self._started = now
+            self._next_heartbeat = now
+        if self.killed_by is not None or now < self._silent_until:
+            return
+        if not self.vehicle.ready and now >= self._started + self._boot_time_s:
+            self.vehicle.ready = True
+            if self.firmware.name == "ardupilot":
+                self._text(Text(SEVERITY_INFO, "ArduPilot Ready"), now)
+        while self._inbox and self._inbox[0][0] <= now:
+            due, sender, message = self._inbox.popleft()
+            self._handle(sender, message, due)
+        if now >= self._next_heartbeat:
+            self._next_heartbeat = max(self._next_heartbeat + HEARTBEAT_PERIOD_S, now)
+            self._outbox.append((None, self._encoder.encode(self._telemetry.heartbeat())))
+        self._reply(self._missions.tick(now), now)
+        for link, name in self._schedule.due(now):
+            self._send_telemetry(link, name, now)
+
+    def to_send(self) -> list[tuple[Hashable | None, bytes]]:
+        """Return the frames to send and to whom, in order; None means every peer there is."""
+        outbox, self._outbox = self._outbox, []
+        return outbox
+
+    def next_timer(self) -> float | None:
+        """Return when `tick` must be called at the latest; None once the vehicle is dead."""
+        if self.killed_by is not None:
+            return None
+        times = [self._next_heartbeat]
+        if not self.vehicle.ready and self._started is not None:
+            times.append(self._started + self._boot_time_s)
+        if self._inbox:
+            times.append(self._inbox[0][0])
+        times.extend(
+            at for at in (self._missions.next_timer(), self._schedule.next_timer()) if at is not None
+        )
+        return max(min(times), self._silent_until)
+
+    def stored(self, mission_type: int = MissionType.MISSION) -> tuple[StoredItem, ...]:
+        """Return a list as it reads back: ArduPilot's mission with home as item 0."""
+        return tuple(self._missions.stored(mission_type))
+
+    def forget(self, link: Hashable) -> None:
+        """Drop a link that is gone."""
+        self._parsers.pop(link, None)
+        self._heard_station.pop(link, None)
+        self._schedule.forget(link)
+        self._missions.forget(link)
+
+    def reboot(self, now: float) -> None:
+        """Lose everything but the stored lists and home, say nothing for a second, then boot."""
+        self._missions.reboot()
+        self.vehicle.armed = self.vehicle.mission_running = self.vehicle.in_mission_mode = False
+        self.vehicle.base_mode, self.vehicle.custom_mode = self.firmware.base_mode, self.firmware.custom_mode
+        self.vehicle.ready = False
+        for link in self._schedule.links():
+            self._schedule.forget(link)
+        self._parsers.clear()
+        self._inbox.clear()
+        self._outbox.clear()
+        self._heard_station.clear()
+        self._silent_until = now + REBOOT_SILENCE_S
+        self._started = self._next_heartbeat = self._silent_until
+        self._boot_time_s = self.firmware.boot_s
+
+    # What messages do
+
+    def _handle(self, link: Hashable, message: Message, now: float) -> None:
+        sender = Partner(link, message.get_srcSystem(), message.get_srcComponent())
+        if self.killed_by is not None or (sender.system, sender.component) == (
+            self.system_id,
+            self.component_id,
+        ):
+            return
+        self._schedule.greet(link, now)
+        name = message.get_type()
+        try:
+            if name.startswith("MISSION_"):
+                self._reply(self._mission(sender, name, message, now), now)
+            elif name in {"COMMAND_LONG", "COMMAND_INT"}:
+                self._command(sender, message, now)
+            else:
+                self._other(sender, name, message, now)
+        except VehicleKilledError as killed:
+            self.killed_by = str(killed)
+            self._outbox.clear()
+            self._inbox.clear()
+
+    def _for_me(self, message: Message, components: frozenset[int]) -> bool:
+        to_all = message.target_system == 0 and self.firmware.old_system_zero
+        return (to_all or message.target_system == self.system_id) and (
+            message.target_component in components or message.target_component == self.component_id
+        )
+
+    def _mission(  # noqa: PLR0911 - one return a message
+        self, sender: Partner, name: str, message: Message, now: float
+    ) -> list[Reply]:
+        if not hasattr(message, "target_system") or not self._for_me(message, MISSION_COMPONENTS):
+            return []
+        kind = getattr(message, "mission_type", int(MissionType.MISSION))
+        missions = self._missions
+        match name:
+            case "MISSION_COUNT":
+                return missions.on_count(sender, message.count, kind, now)
+            case "MISSION_ITEM_INT" | "MISSION_ITEM":
+                as_int = name == "MISSION_ITEM_INT"
+                return missions.on_item(sender, item_of(message, as_int=as_int), kind, now, as_int=as_int)
+            case "MISSION_REQUEST_INT" | "MISSION_REQUEST":
+                return missions.on_request(
+                    sender, message.seq, kind, now, as_int=name == "MISSION_REQUEST_INT"
+                )
+            case "MISSION_REQUEST_LIST":
+                return missions.on_request_list(sender, kind, now)
+            case "MISSION_ACK":
+                return missions.on_ack(sender, message.type, kind, now)
+            case "MISSION_CLEAR_ALL":
+                return missions.on_clear_all(sender, kind, now)
+            case "MISSION_SET_CURRENT":
+                return missions.on_set_current(sender, message.seq, now)
+        return []
+
+    def _command(self, sender: Partner, message: Message, now: float) -> None:
+        if message.target_system not in {0, self.system_id} or message.target_component not in {
+            0,
+            self.component_id,
+        }:
+            return
+        params = (message.param1, message.param2, message.param3, message.param4)
+        outcome = commands.execute(message.command, params, sender.link, now, self._telemetry, self._schedule)
+        ack = mavlink.MAVLink_command_ack_message(
+            message.command, outcome.result, 0, 0, sender.system, sender.component
+        )
+        for answer in [ack, *outcome.messages]:
+            self._outbox.append((sender.link, self._encoder.encode(answer)))
+        for name in outcome.telemetry:
+            self._send_telemetry(sender.link, name, now)
+
+    def _other(self, sender: Partner, name: str, message: Message, now: float) -> None:
+        answers: list[Message] = []
+        if name == "HEARTBEAT":
+            self._heard_station[sender.link] = now
+        elif name == "TIMESYNC":
+            if message.tc1 == 0:
+                answers = [mavlink.MAVLink_timesync_message(int(self._uptime_s(now) * 1e9), message.ts1)]
+        elif name == "PING":
+            if self.firmware.answers_ping and message.target_system == 0:
+                answers = [
+                    mavlink.MAVLink_ping_message(
+                        message.time_usec, message.seq, sender.system, sender.component
+                    )
+                ]
+        elif (
+            name.startswith("PARAM_")
+            and hasattr(message, "target_system")
+            and self._for_me(message, COMPONENTS)
+        ):
+            answers = self._parameter(name, message)
+        elif (
+            name == "REQUEST_DATA_STREAM"
+            and self.firmware.name == "ardupilot"
+            and self._for_me(message, COMPONENTS)
+        ):
+            period = (
+                1.0 / message.req_message_rate if message.start_stop and message.req_message_rate else 0.0
+            )
+            for stream in DATA_STREAMS.get(message.req_stream_id, ()):
+                self._schedule.set_period(
+                    sender.link, stream, max(period, MIN_PERIOD_S) if period else -1.0, now
+                )
+        for answer in answers:
+            self._outbox.append((sender.link, self._encoder.encode(answer)))
+
+    def _parameter(self, name: str, message: Message) -> list[Message]:
+        if name == "PARAM_REQUEST_LIST":
+            return self._parameters.all()
+        if name == "PARAM_REQUEST_READ":
+            return self._parameters.read(message.param_id, message.param_index)
+        if name == "PARAM_SET":
+            return self._parameters.set(message.param_id, message.param_value)
+        return []
+
+    # What goes out
+
+    def _uptime_s(self, now: float) -> float:
+        return max(0.0, now - (now if self._started is None else self._started))
+
+    def _send_telemetry(self, link: Hashable, name: str, now: float) -> None:
+        known = self._telemetry.message(name, self._uptime_s(now), self._missions.status())
+        if known is not None:
+            message, extension = known
+            self._outbox.append((link, self._encoder.encode(message, extension)))
+
+    def _text(self, text: Text, now: float) -> None:
+        if self.firmware.statustext_needs_heartbeat:
+            self._text_id = self._text_id % 65535 + 1
+        frame = self._encoder.encode(
+            mavlink.MAVLink_statustext_message(text.severity, text.text.encode()[:50], self._text_id, 0)
+        )
+        for link in self._schedule.links() if text.link is None else [text.link]:
+            heard = self._heard_station.get(link, -math.inf)
+            if not self.firmware.statustext_needs_heartbeat or now < heard + GROUND_STATION_MEMORY_S:
+                self._outbox.append((link, frame))
+
+    def _reply(self, replies: list[Reply], now: float) -> None:
+        for reply in replies:
+            if isinstance(reply, Text):
+                self._text(reply, now)
+            else:
+                self._outbox.append((reply.to.link, self._encoder.encode(*message_of(reply))))

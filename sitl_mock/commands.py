@@ -1,0 +1,73 @@
+"""COMMAND_LONG and COMMAND_INT: what the vehicle does at once and answers with COMMAND_ACK.
+
+Only commands about messages are here. Arming, modes, take-off and mission start need a vehicle that flies; until
+then they are answered as unsupported, not pretended.
+"""
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl_mock.telemetry import Schedule, Telemetry
+from sitl_mock.wire import Message
+
+GET_HOME_POSITION = 410
+GET_MESSAGE_INTERVAL = 510
+SET_MESSAGE_INTERVAL = 511
+REQUEST_MESSAGE = 512
+REQUEST_AUTOPILOT_CAPABILITIES = 520
+
+
+class CommandResult(IntEnum):
+    """MAV_RESULT."""
+
+    ACCEPTED = 0
+    UNSUPPORTED = 3
+    FAILED = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The result, telemetry to send by name, and ready messages to send behind the COMMAND_ACK."""
+
+    result: CommandResult
+    telemetry: tuple[str, ...] = ()
+    messages: list[Message] = field(default_factory=list)
+
+
+def execute(  # noqa: PLR0911 - one return a command
+    command: int,
+    params: tuple[float, ...],
+    link: Hashable,
+    now: float,
+    telemetry: Telemetry,
+    schedule: Schedule,
+) -> Outcome:
+    """Do what a command asks for on one link and return what to answer."""
+    if command == REQUEST_AUTOPILOT_CAPABILITIES:
+        return Outcome(CommandResult.ACCEPTED, ("AUTOPILOT_VERSION",))
+    if command == GET_HOME_POSITION:
+        return Outcome(CommandResult.ACCEPTED, ("HOME_POSITION",))
+    if command not in {GET_MESSAGE_INTERVAL, SET_MESSAGE_INTERVAL, REQUEST_MESSAGE}:
+        return Outcome(CommandResult.UNSUPPORTED)
+    message_id = int(params[0]) if abs(params[0]) < 2**24 else -1  # NaN is not less than anything
+    name = telemetry.names().get(message_id)
+    if name is None:
+        return Outcome(CommandResult.FAILED)
+    if command == REQUEST_MESSAGE:
+        return Outcome(CommandResult.ACCEPTED, (name,))
+    if command == GET_MESSAGE_INTERVAL:
+        period = schedule.period(link, name)
+        interval_us = -1 if period is None else round(period * 1e6)
+        return Outcome(
+            CommandResult.ACCEPTED,
+            messages=[mavlink.MAVLink_message_interval_message(message_id, interval_us)],
+        )
+    interval_us_asked = params[1]
+    if math.isnan(interval_us_asked) or name == "HEARTBEAT":
+        return Outcome(CommandResult.FAILED)
+    schedule.set_period(link, name, None if interval_us_asked == 0 else interval_us_asked / 1e6, now)
+    return Outcome(CommandResult.ACCEPTED)

@@ -1,0 +1,88 @@
+"""PX4's judgement of a stored mission: can it be flown? It comes after the ACK of the upload, and costs nothing.
+
+Reasons as measured; the vehicle gives them in an EVENT only, except for the fence.
+"""
+
+import math
+from collections.abc import Sequence
+
+from sitl_mock.items import StoredItem
+from sitl_mock.px4_items import FENCE_CIRCLES, FENCE_POLYGONS, GLOBAL_INT, RELATIVE_INT
+from sitl_mock.vehicle import Home
+
+TAKEOFF, LAND = 22, 21
+NOT_FLYABLE = frozenset({112, 114, 183, 400})
+"""Commands that are stored and then judged unsupported."""
+EARTH_RADIUS_M = 6_371_000.0
+
+
+def infeasible_because(
+    mission: Sequence[StoredItem], fence: Sequence[StoredItem], home: Home | None
+) -> str | None:
+    """Return why the mission cannot be flown, or None.
+
+    Parameters
+    ----------
+    mission, fence
+        As stored.
+    home
+        Altitudes above sea level are compared with it; None where there is none yet.
+    """
+    place_seen = False
+    for number, item in enumerate(mission, start=1):
+        has_place = item.frame in {GLOBAL_INT, RELATIVE_INT}
+        if item.command in NOT_FLYABLE:
+            return f"Mission rejected: item {number}: unsupported cmd: {item.command}"
+        if item.command == LAND and number == 1:
+            return "Mission rejected: starts with landing"
+        if item.command == TAKEOFF:
+            home_alt_m = 0.0 if item.frame == RELATIVE_INT or home is None else home.alt_cm / 100
+            if item.z <= home_alt_m:  # NaN passes, as it does on the vehicle
+                return "Mission rejected: Takeoff altitude below home altitude!"
+            if place_seen:
+                return "Mission rejected: takeoff not first waypoint item"
+        place_seen = place_seen or has_place
+    for number, item in enumerate(mission, start=1):
+        if item.frame in {GLOBAL_INT, RELATIVE_INT} and breaks_fence(item.x, item.y, fence):
+            return f"Geofence violation for waypoint {number}"
+    return None
+
+
+def breaks_fence(lat_e7: int, lon_e7: int, fence: Sequence[StoredItem]) -> bool:
+    """Return whether a place is outside every inclusion, if there is one, or inside an exclusion."""
+    inclusion_seen = inside_inclusion = False
+    index = 0
+    while index < len(fence):
+        item = fence[index]
+        if item.command in FENCE_POLYGONS:
+            size = int(item.param1)
+            inside = _in_polygon(lat_e7, lon_e7, fence[index : index + size])
+            inclusion = item.command == 5001
+            index += size
+        elif item.command in FENCE_CIRCLES:
+            inside = _distance_m(lat_e7, lon_e7, item.x, item.y) < item.param1
+            inclusion = item.command == 5003
+            index += 1
+        else:
+            index += 1
+            continue
+        if inclusion:
+            inclusion_seen, inside_inclusion = True, inside_inclusion or inside
+        elif inside:
+            return True
+    return inclusion_seen and not inside_inclusion
+
+
+def _in_polygon(lat_e7: int, lon_e7: int, corners: Sequence[StoredItem]) -> bool:
+    inside = False
+    for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True):
+        if (a.y > lon_e7) != (b.y > lon_e7) and lat_e7 < (b.x - a.x) * (lon_e7 - a.y) / (b.y - a.y) + a.x:
+            inside = not inside
+    return inside
+
+
+def _distance_m(lat1_e7: int, lon1_e7: int, lat2_e7: int, lon2_e7: int) -> float:
+    lat1, lat2 = math.radians(lat1_e7 / 1e7), math.radians(lat2_e7 / 1e7)
+    half_lat, half_lon = (lat2 - lat1) / 2, math.radians((lon2_e7 - lon1_e7) / 1e7) / 2
+    h = math.sin(half_lat) ** 2 + math.cos(lat1) * math.cos(lat2) * math.sin(half_lon) ** 2
+    return 2 * EARTH_RADIUS_M * math.asin(math.sqrt(min(h, 1.0)))
