@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import LinearConstraint, milp
 
 from mavplan.d2d import MAX_EXACT_USERS, keep_pairs_in_range, match_pairs, unpaired
+from mavplan.errors import InputError
 from mavplan.scenario import UNPAIRED
 
 
@@ -56,6 +58,27 @@ def test_as_many_pairs_as_possible_and_of_those_the_shortest(points, range_m):
     assert warnings == ()
 
 
+@pytest.mark.parametrize(("seed", "users"), [(1, 40), (2, 60), (3, 90)])
+def test_many_users_are_matched_as_an_integer_programme_would(seed, users):
+    """HiGHS, given one variable a link, finds no more pairs and no shorter ones."""
+    xy_m = np.random.default_rng(seed).uniform(0, 500, (users, 2))
+    mate, _ = match_pairs(xy_m, 100.0)
+    check_is_matching(xy_m, mate, 100.0)
+    one, other = np.triu_indices(users, 1)
+    apart_m = np.linalg.norm(xy_m[one] - xy_m[other], axis=1)
+    one, other, apart_m = (side[apart_m <= 100.0] for side in (one, other, apart_m))
+    links_of = np.zeros((users, len(one)))
+    links_of[one, np.arange(len(one))] = links_of[other, np.arange(len(one))] = 1
+    cost = apart_m - 100.0 * users  # one more pair outweighs all distances together
+    best = milp(
+        cost, constraints=LinearConstraint(links_of, ub=1), integrality=np.ones(len(one)), bounds=(0, 1)
+    )
+    chosen = best.x > 0.5
+    pairs, total_m = figures(xy_m, mate)
+    assert pairs == chosen.sum()
+    assert total_m == pytest.approx(apart_m[chosen].sum(), abs=1e-3)
+
+
 def test_the_most_pairs_come_before_the_shortest_link():
     """Four in a row, the middle two nearest each other: two pairs of 10 m beat one of 2 m."""
     xy_m = np.array([[0, 0], [10, 0], [12, 0], [22, 0]], dtype=float)
@@ -103,6 +126,15 @@ def test_a_small_group_beside_a_large_one_is_still_matched_exactly():
     mate, warnings = match_pairs(np.vstack((crowd, row)), 100.0)
     assert len(warnings) == 1
     assert (mate[-4:] - len(crowd)).tolist() == [1, 0, 3, 2]
+
+
+def test_more_links_than_fit_are_refused(monkeypatch):
+    """Ten users at one place make 45 links; the number and a way out are said."""
+    monkeypatch.setattr("mavplan.d2d.MAX_LINKS", 44)
+    with pytest.raises(InputError, match=r"10 users make 45 links within 5 m, more than the 44"):
+        match_pairs(np.zeros((10, 2)), 5.0)
+    monkeypatch.setattr("mavplan.d2d.MAX_LINKS", 45)
+    assert (match_pairs(np.zeros((10, 2)), 5.0)[0] != UNPAIRED).all()
 
 
 def test_nobody_and_one_user_have_no_pairs():

@@ -10,7 +10,7 @@ from mavplan.geo import geodesic_distance_m
 from mavplan.radio import coverage_radius_m, highest_altitude_m
 from mavplan.scenario.model import UNPAIRED
 from mavplan.scenario.report import Report, figure, listed, nearest, shown
-from mavplan.scenario.sections import Home, PlannerOptions, Radio, Vehicle
+from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Vehicle
 from mavplan.scenario.users import FileUsers
 
 MAX_DISTANCE_M = 100_000.0
@@ -71,11 +71,12 @@ class Reach:
     reason: str
 
 
-def reach_of(vehicle: Vehicle, radio: Radio) -> Reach | None:
+def reach_of(vehicle: Vehicle, radio: Radio, d2d: D2D) -> Reach | None:
     """Return how far from home users can be served with the vehicle's endurance; None where none is given.
 
     Straight out at full speed without a second of hover, back too if the mission ends at home; the last R metres are
-    the radio's. Nobody beyond can be served, whatever the plan.
+    the radio's, and one more D2D range where anybody may become anybody's mate. Nobody beyond can be served,
+    whatever the plan.
     """
     if vehicle.endurance_s is None:
         return None
@@ -83,11 +84,13 @@ def reach_of(vehicle: Vehicle, radio: Radio) -> Reach | None:
     returns = vehicle.end == "rtl"
     flown_m = usable_s * vehicle.speed_m_s / (2.0 if returns else 1.0)
     radius_m = coverage_radius_m(radio, vehicle.altitude_m)
-    total_m = flown_m + radius_m
+    relayed_m = d2d.range_m if d2d.matching == "auto" else 0.0
+    total_m = flown_m + radius_m + relayed_m
     reason = (
         f"[vehicle] endurance_s = {figure(vehicle.endurance_s)} less {vehicle.reserve_fraction:.3g} in reserve reaches "
         f"{flown_m:,.0f} m {'out and back' if returns else 'out'} at {figure(vehicle.speed_m_s)} m/s, and the radio "
-        f"{radius_m:,.0f} m from there: {total_m:,.0f} m in all"
+        f"{radius_m:,.0f} m from there{f', D2D another {relayed_m:,.0f} m' if relayed_m else ''}: "
+        f"{total_m:,.0f} m in all"
     )
     return Reach(total_m, reason)
 

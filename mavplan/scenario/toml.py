@@ -66,15 +66,19 @@ def load_scenario(path: Path | str) -> Scenario:
     if sections.sound("radio", "vehicle"):
         check_altitude(sections.radio, sections.vehicle, str(path), report)
     if users is not None and sections.home is not None:
-        reach = reach_of(sections.vehicle, sections.radio) if sections.sound("radio", "vehicle") else None
+        reach = (
+            reach_of(sections.vehicle, sections.radio, sections.d2d)
+            if sections.sound("radio", "vehicle")
+            else None
+        )
         check_distances(users, sections.home, reach, report)
     report.raise_errors()
     if users is None or sections.home is None:
         raise AssertionError("a scenario without users or home left no problem")
-    return _scenario(sections, sections.home, users, report)
+    return _scenario(sections, sections.home, users, str(path), report)
 
 
-def _scenario(sections: "_Sections", home: Home, users: FileUsers, report: Report) -> Scenario:
+def _scenario(sections: "_Sections", home: Home, users: FileUsers, label: str, report: Report) -> Scenario:
     """Put checked parts together: metres about home, pairs within range."""
     from mavplan.d2d import keep_pairs_in_range, match_pairs, unpaired
     from mavplan.geo import LocalPlane
@@ -89,7 +93,7 @@ def _scenario(sections: "_Sections", home: Home, users: FileUsers, report: Repor
     else:
         mate, noticed = unpaired(len(users.names)), ()
     for problem in noticed:
-        report.add(problem)
+        report.add(dataclasses.replace(problem, where=f"{label}, {problem.where}"))
     return Scenario(
         home=home,
         users=Users(users.names, users.lat_deg, users.lon_deg, xy_m, users.demand_bit, mate),
@@ -110,10 +114,8 @@ def _parse(text: str, label: str, report: Report) -> dict[str, Any] | None:
         if found := re.fullmatch(r"(.*) \(at line ([0-9]+), column ([0-9]+)\)", message, re.DOTALL):
             message, line = f"{found[1]} (column {found[3]})", f", line {found[2]}"
         report.error(f"{label}{line}", f"is not valid TOML: {_on_one_line(message)}", "syntax")
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # a number of thousands of digits, brackets nested without end
+    except (ValueError, RecursionError) as error:
+        # A number of thousands of digits, brackets nested without end.
         report.error(label, f"is not TOML that can be read: {_on_one_line(str(error))}", "syntax")
     return None
 

@@ -33,10 +33,8 @@ def read_geojson(text: str, label: str, report: Report) -> Table | None:
         message = f"is not valid JSON: {error.msg} (column {error.colno})"
         report.error(f"{label}, line {error.lineno:,}", message, "syntax")
         return None
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # a number of thousands of digits, brackets nested without end
+    except (ValueError, RecursionError) as error:
+        # A number of thousands of digits, brackets nested without end.
         report.error(label, f"is not JSON that can be read: {error}", "syntax")
         return None
     features = _features_of(root, label, report)

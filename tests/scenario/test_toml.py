@@ -237,6 +237,7 @@ def test_swapped_coordinates_are_guessed(desk):
         ("endurance_s = 500\nreserve_fraction = 0.2\nspeed_m_s = 5", 1000 + 400),
         ("endurance_s = 500\nreserve_fraction = 0.2\nend = 'land'", 4000 + 400),
         ("endurance_s = 500\nreserve_fraction = 0.2\nend = 'stay'", 4000 + 400),
+        ("endurance_s = 500\nreserve_fraction = 0.2\n[d2d]\nmatching = 'auto'", 2000 + 400 + 200),
     ],
 )
 def test_endurance_limits_how_far_users_can_be(desk, vehicle, farthest_m):
