@@ -69,11 +69,15 @@ def make_plan(
     trajectory = plan_trajectory(scenario, progress)
     holds = hold_times(scenario, trajectory, rules)
     plane = LocalPlane(home.lat_deg, home.lon_deg)
-    lat_e7, lon_e7 = plane.to_e7(trajectory.stops_m)
+    flown_m = trajectory.path_m[1:]
+    lat_e7, lon_e7 = plane.to_e7(flown_m)
+    holds_s: list[float | None] = [None] * len(flown_m)
+    for at, hold_s in zip(trajectory.stop_at, holds.stored_s.tolist(), strict=True):
+        holds_s[at - 1] = hold_s
     built = build_mission(
         home=HomePosition(round(home.lat_deg * 1e7), round(home.lon_deg * 1e7), home.alt_amsl_m),
         stops_e7=list(zip(lat_e7.tolist(), lon_e7.tolist(), strict=True)),
-        holds_s=holds.stored_s.tolist(),
+        holds_s=holds_s,
         rules=rules,
         altitude_m=vehicle.altitude_m,
         speed_m_s=vehicle.speed_m_s,
@@ -81,8 +85,8 @@ def make_plan(
         hover=hover,
     )
     expected = forecast(
-        stops_m=trajectory.stops_m,
-        holds_s=holds.stored_s,
+        stops_m=flown_m,
+        holds_s=[hold_s or 0.0 for hold_s in holds_s],
         rules=rules,
         altitude_m=vehicle.altitude_m,
         speed_m_s=vehicle.speed_m_s,

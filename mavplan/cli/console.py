@@ -62,3 +62,14 @@ def progress(label: str) -> Iterator[Callable[[int, int], None]]:
     ) as bar:
         task = bar.add_task(label, total=None)
         yield lambda done, todo: bar.update(task, completed=done, total=todo)
+
+
+def clock(seconds: float) -> str:
+    """Return ``12 min 34 s``."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
+
+
+def counted(number: int, thing: str) -> str:
+    """Return ``1 stop``, ``2 stops``."""
+    return f"{number:,} {thing}{'' if number == 1 else 's'}"

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mavplan.errors import InputError, Problem
+from mavplan.figures.files import PICTURES, check_picture, draw_plan
 from mavplan.formats import FORMATS, format_of, write_all
 from mavplan.formats.beside import plan_path
 from mavplan.plan import Plan
 from mavplan.plan_file import dumps
-
-PICTURES = (".png", ".svg", ".pdf")
 
 
 def check_outputs(paths: Sequence[Path]) -> None:
@@ -22,6 +21,9 @@ def check_outputs(paths: Sequence[Path]) -> None:
     ]
     if problems:
         raise InputError(problems)
+    for path in paths:
+        if path.suffix.lower() in PICTURES:
+            check_picture(path)
 
 
 def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[Problem]]:
@@ -34,11 +36,8 @@ def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[P
     contents: dict[Path, str | bytes] = {}
     warnings: list[Problem] = []
     for path in paths:
-        suffix = path.suffix.lower()
-        if suffix in PICTURES:
-            from mavplan.figures.map import render_plan
-
-            contents[path] = render_plan(plan, suffix[1:])
+        if path.suffix.lower() in PICTURES:
+            contents[path] = draw_plan(plan, path)
             continue
         mission_format = format_of(path)
         contents[path] = mission_format.dumps(plan.built.mission)

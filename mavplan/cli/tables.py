@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import click
 import numpy as np
 
-from mavplan.cli.console import printable, stdout
+from mavplan.cli.console import clock, counted, printable, stdout
 from mavplan.plan import Plan
 
 MOST_NAMES = 8
@@ -18,7 +18,8 @@ def print_plan(plan: Plan) -> None:
 
     trajectory, users = plan.trajectory, plan.scenario.users
     items = plan.built.mission.items
-    legs_m = np.linalg.norm(np.diff(trajectory.stops_m, axis=0, prepend=np.zeros((1, 2))), axis=1)
+    flown_m = np.cumsum(np.linalg.norm(np.diff(trajectory.path_m, axis=0), axis=1))
+    legs_m = np.diff(flown_m[trajectory.stop_at - 1], prepend=0.0)
     any_d2d = bool(trajectory.assignment.d2d.any())
     table = Table(
         title=f"{trajectory.planner.upper()} for {plan.rules.title}", title_justify="left", box=None
@@ -53,13 +54,13 @@ def totals(plan: Plan) -> list[str]:
     """Return the lines below the table."""
     trajectory, vehicle, count = plan.trajectory, plan.scenario.vehicle, len(plan.scenario.users)
     relayed = int(trajectory.assignment.d2d.sum())
-    clusters = f", {trajectory.clusters} clusters" if trajectory.clusters else ""
+    clusters = f", {counted(trajectory.clusters, 'cluster')}" if trajectory.clusters else ""
     return [
-        f"{count} users served by {len(trajectory.stops_m)} stops{clusters}: {count - relayed} from the air, "
-        f"{relayed} by D2D; coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home",
+        f"{counted(count, 'user')} served by {counted(len(trajectory.stop_at), 'stop')}{clusters}: "
+        f"{count - relayed} from the air, {relayed} by D2D; coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home",
         f"path {trajectory.length_m:,.0f} m, sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz",
-        f"hover {_clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
-        f"flight {_clock(plan.forecast.flight_s)}, mission {_clock(plan.forecast.mission_s)}",
+        f"hover {clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
+        f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}",
     ]
 
 
@@ -67,9 +68,3 @@ def _names(names: Sequence[str]) -> str:
     """Return names in one line, long lists shortened."""
     shown = ", ".join(printable(name).replace("\n", " ") for name in names[:MOST_NAMES])
     return f"{shown} and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else shown
-
-
-def _clock(seconds: float) -> str:
-    """Return ``12 min 34 s``."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"

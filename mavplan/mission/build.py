@@ -47,7 +47,7 @@ def build_mission(
     *,
     home: HomePosition,
     stops_e7: Sequence[tuple[int, int]],
-    holds_s: Sequence[float],
+    holds_s: Sequence[float | None],
     rules: AutopilotRules,
     altitude_m: float,
     speed_m_s: float,
@@ -66,9 +66,9 @@ def build_mission(
     home
         Where it takes off.
     stops_e7
-        Latitude and longitude of each stop, 1e-7 degrees, in flying order.
+        Latitude and longitude of each stop or turning point, 1e-7 degrees, in flying order.
     holds_s
-        Seconds at each stop, in steps that the autopilot stores.
+        Seconds at each stop, in steps that the autopilot stores; None: a point that is only turned at, no stop.
     rules
         The autopilot.
     altitude_m
@@ -98,6 +98,9 @@ def build_mission(
     items = [take_off, speed] if rules.name == "px4" else [speed, take_off]
     stop_items = []
     for place, hold_s in zip(stops_e7, holds_s, strict=True):
+        if hold_s is None:
+            items.append(_position(Command.NAV_WAYPOINT, 0.0, rules, place, altitude_m))
+            continue
         stop = _stop(hover, _stored(hold_s, rules), rules, place, altitude_m)
         stop_items.append(StopItems(len(items), len(items) + len(stop) - 1))
         items += stop
@@ -155,7 +158,7 @@ def _stored(hold_s: float, rules: AutopilotRules) -> float:
 def _problems(
     home: HomePosition,
     stops_e7: Sequence[tuple[int, int]],
-    holds_s: Sequence[float],
+    holds_s: Sequence[float | None],
     rules: AutopilotRules,
     altitude_m: float,
     speed_m_s: float,
@@ -168,13 +171,14 @@ def _problems(
         yield Problem("mission", f"{len(stops_e7)} stops and {len(holds_s)} holds", "count")
     for name, place in (
         ("home", (home.lat_e7, home.lon_e7)),
-        *((f"stop {n}", s) for n, s in enumerate(stops_e7)),
+        *((f"point {n}", s) for n, s in enumerate(stops_e7, start=1)),
     ):
         if abs(place[0]) > 900_000_000 or abs(place[1]) > 1_800_000_000:
             yield Problem(name, f"{place[0] / 1e7}, {place[1] / 1e7} is no place on Earth", "position")
     if not math.isfinite(home.alt_amsl_m):
         yield Problem("home", f"altitude {home.alt_amsl_m} is not a number of metres", "altitude")
-    for number, hold_s in enumerate(holds_s):
+    given = (hold_s for hold_s in holds_s if hold_s is not None)
+    for number, hold_s in enumerate(given, start=1):
         if not rules.min_hold_s <= hold_s <= rules.max_hold_s:
             allowed = f"{rules.title} stores {rules.min_hold_s:g} to {rules.max_hold_s:g} s"
             yield Problem(f"stop {number}", f"a hold of {hold_s:g} s is out of range: {allowed}", "hold")
@@ -219,4 +223,4 @@ def _warnings(
         if away_m > rules.max_first_leg_m:
             limit = f"{rules.title} objects beyond {rules.max_first_leg_m / 1000:g} km"
             found = f"it lies {away_m / 1000:.1f} km from home, {limit}"
-            yield Problem("stop 0", found, "first-stop-far", "warning")
+            yield Problem("stop 1", found, "first-stop-far", "warning")

@@ -1,0 +1,117 @@
+"""``mavplan compare``: every planner on the same users, beside the benchmark."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mavplan.cli.plan import Clusters, with_options
+
+if TYPE_CHECKING:
+    from mavplan.comparison import Comparison
+
+
+@click.command("compare", short_help="Compare all planners on one scenario.")
+@click.argument("scenario", type=click.Path(path_type=Path))
+@click.option("--clusters", type=Clusters(), help="Number of clusters or 'auto', instead of the scenario's.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), help="Seed of all that is random, instead of the scenario's."
+)
+@click.option(
+    "-o",
+    "--output",
+    "picture",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Draw the plans side by side: .png, .svg or .pdf.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+def compare_command(
+    scenario: Path, clusters: int | str | None, seed: int | None, picture: Path | None, as_json: bool
+) -> None:
+    r"""Plan SCENARIO with every planner and show stops, length, throughput and time of each.
+
+    SBW, strips flown in a snake, is the benchmark: its length, sum rate and index are 1.
+
+    \b
+    mavplan compare scenario.toml
+    mavplan compare scenario.toml --clusters 4 -o compare.png
+    """
+    from mavplan.cli.console import progress, say_problems
+    from mavplan.comparison import compare
+    from mavplan.figures.files import check_picture, draw_comparison
+    from mavplan.formats.atomic import atomic_write
+    from mavplan.scenario import load_scenario
+
+    if picture is not None:
+        check_picture(picture)
+    loaded = with_options(load_scenario(scenario), None, clusters, seed, None)
+    with progress("comparing") as tell:
+        found = compare(loaded, tell)
+    if picture is not None:
+        atomic_write(picture, draw_comparison(found, picture))
+    say_problems(loaded.warnings)
+    if as_json:
+        click.echo(json.dumps(to_json(found), allow_nan=False))
+        return
+    print_comparison(found)
+    if picture is not None:
+        click.echo(f"written: {picture}")
+
+
+def to_json(found: "Comparison") -> dict[str, Any]:
+    """Return the comparison as one object: a row for each planner, and the least numbers of stops."""
+    return {
+        "planners": [dataclasses.asdict(row) for row in found.rows],
+        "least_stops": dataclasses.asdict(found.least_stops),
+        "least_stops_with_d2d": dataclasses.asdict(found.least_stops_with_d2d),
+    }
+
+
+def print_comparison(found: "Comparison") -> None:
+    """Print a row for each planner, and how few stops would do."""
+    from rich.table import Table
+
+    from mavplan.cli.console import clock, stdout
+
+    table = Table(box=None)
+    table.add_column("planner", no_wrap=True)
+    for heading in (
+        "K",
+        "stops",
+        "D2D",
+        "length m",
+        "/SBW",
+        "Σ rate",
+        "/SBW",
+        "index ρe",
+        "hover",
+        "mission",
+    ):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in found.rows:
+        table.add_row(
+            row.planner.upper(),
+            str(row.clusters or "–"),
+            str(row.stops),
+            str(row.d2d_users),
+            f"{row.length_m:,.0f}",
+            _ratio(row.length_ratio),
+            f"{row.sum_rate_bit_s_hz:.1f}",
+            _ratio(row.sum_rate_ratio),
+            _ratio(row.joint_index),
+            clock(row.hover_s),
+            clock(row.mission_s),
+        )
+    stdout().print(table)
+    click.echo()
+    click.echo(f"fewest stops that reach every user: {found.least_stops}")
+    click.echo(f"fewest stops that reach every user or its mate: {found.least_stops_with_d2d}")
+    click.echo("Σ rate in bit/s/Hz; ρe = (Σ rate/SBW)/(length/SBW), greater is better")
+
+
+def _ratio(value: float | None) -> str:
+    """Return a ratio, a dash where it has no value."""
+    return "–" if value is None else f"{value:.2f}"

@@ -1,0 +1,100 @@
+"""Every planner on the same users, beside the SBW benchmark, and how few stops would do at all."""
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from mavplan.plan import Plan, make_plan
+from mavplan.planners import PLANNERS
+from mavplan.planners.cover import minimum_cover, minimum_pair_cover
+from mavplan.planners.index import joint_index
+from mavplan.scenario.model import Scenario
+
+BENCHMARK = "sbw"
+COVER_NODES = 200
+"""Search nodes for the fewest stops; counted, so that a comparison is the same on every machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """The figures of one planner; ratios are to the benchmark's, None where that is 0."""
+
+    planner: str
+    clusters: int
+    stops: int
+    d2d_users: int
+    length_m: float
+    length_ratio: float | None
+    sum_rate_bit_s_hz: float
+    sum_rate_ratio: float | None
+    joint_index: float | None
+    hover_s: float
+    mission_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class LeastStops:
+    """The fewest stops known to do, and a number below which it is proved that none do."""
+
+    size: int
+    bound: int
+
+    def __str__(self) -> str:
+        """Return ``5``, or ``5 (4 proved)`` where the search ended early."""
+        return str(self.size) if self.size == self.bound else f"{self.size} ({self.bound} proved)"
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """All planners' plans and figures, the benchmark last, and the fewest stops without and with D2D."""
+
+    plans: tuple[Plan, ...]
+    rows: tuple[Row, ...]
+    least_stops: LeastStops
+    least_stops_with_d2d: LeastStops
+
+
+def compare(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Comparison:
+    """Plan a scenario with every planner of the registry.
+
+    Raises
+    ------
+    InputError
+        As `mavplan.plan.make_plan`.
+    """
+    names = [*(name for name in PLANNERS if name != BENCHMARK), BENCHMARK]
+    plans: list[Plan] = []
+    for done, name in enumerate(names):
+        if progress is not None:
+            progress(done, len(names) + 1)
+        options = dataclasses.replace(scenario.planner, name=name)
+        plans.append(make_plan(dataclasses.replace(scenario, planner=options)))
+    if progress is not None:
+        progress(len(names), len(names) + 1)
+    radius_m = plans[0].trajectory.radius_m
+    cover = minimum_cover(scenario.users.xy_m, radius_m, node_limit=COVER_NODES)
+    pair_cover = minimum_pair_cover(scenario.users, radius_m, node_limit=COVER_NODES)
+    return Comparison(
+        plans=tuple(plans),
+        rows=tuple(_row(plan, plans[-1]) for plan in plans),
+        least_stops=LeastStops(cover.size, cover.bound),
+        least_stops_with_d2d=LeastStops(pair_cover.size, pair_cover.bound),
+    )
+
+
+def _row(plan: Plan, benchmark: Plan) -> Row:
+    """Return the figures of one plan."""
+    found, base = plan.trajectory, benchmark.trajectory
+    return Row(
+        planner=found.planner,
+        clusters=found.clusters,
+        stops=len(found.stop_at),
+        d2d_users=int(found.assignment.d2d.sum()),
+        length_m=found.length_m,
+        length_ratio=found.length_m / base.length_m if base.length_m else None,
+        sum_rate_bit_s_hz=found.sum_rate_bit_s_hz,
+        sum_rate_ratio=found.sum_rate_bit_s_hz / base.sum_rate_bit_s_hz if base.sum_rate_bit_s_hz else None,
+        joint_index=joint_index(found, base),
+        hover_s=plan.holds.hover_s,
+        mission_s=plan.forecast.mission_s,
+    )
