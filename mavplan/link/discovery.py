@@ -93,6 +93,7 @@ class Discovery:
         self._us = us
         self._system = system
         self._place = place
+        self._now = now
         self._deadline = deadline
         self._decide_at: float | None = None
         self._seen: dict[Address, Vehicle] = {}
@@ -126,7 +127,7 @@ class Discovery:
             heard = f"; heard were only {', '.join(sorted(self._others))}" if self._others else ""
             wanted = "an autopilot" if self._system is None else f"an autopilot of system {self._system}"
             self.outcome = NoLinkError(
-                f"no heartbeat of {wanted} came over {self._place}{heard}. Nothing was sent to one."
+                f"no heartbeat of {wanted} came over {self._place} within {self._deadline - self._now:g} s{heard}"
             )
 
     def next_timer(self) -> float | None:

@@ -90,8 +90,12 @@ def refused(
     """
     count = len(upload.items)
     if outcome.result == Result.NO_SPACE:
-        room = f"room for {space} items" if space else "no room for so many items"
-        what = f"the vehicle has {room}, this mission has {count}{', home included' if rules.home_on_wire else ''}"
+        with_home = ", home included" if rules.home_on_wire else ""
+        what = (
+            f"the vehicle has room for {space} items, this mission has {count}{with_home}"
+            if space
+            else f"the vehicle has no room for the {count} items of this mission{with_home}"
+        )
     elif outcome.seq is None:
         what = f"{rules.title} refused the mission: {result_words(outcome.result or 0)}"
     else:
@@ -99,8 +103,7 @@ def refused(
         what = f"{rules.title} refused item {outcome.seq} ({name}): {result_words(outcome.result or 0)}"
     said = f"; it says {'; '.join(repr(text) for text in texts)}" if texts else ""
     if manners.atomic or not upload.taken:
-        holds = f", {len(stored)} items" if stored is not None else ""
-        return RefusedError(f"{what}{said}; the vehicle keeps its old mission{holds}")
+        return RefusedError(f"{what}{said}; the vehicle keeps {_old_mission(stored)}")
     if stored is None:
         rest = f"the items before it are new and the rest is old: do not fly it{said}"
         return UncertainError(f"{what}; {rest}")
@@ -110,6 +113,12 @@ def refused(
     if not wrong:
         holds = f"it now holds {len(stored)} items of {count}"
     return DiffersError(f"{what}; {holds}: do not fly it{said}", found)
+
+
+def _old_mission(stored: Sequence[WireItem] | None) -> str:
+    if stored is None:
+        return "its old mission"
+    return f"its old mission of {len(stored)} items" if stored else "what it had: no mission"
 
 
 def broken_off(upload: Upload, rules: AutopilotRules, manners: Manners, cause: str) -> MavplanError:  # noqa: PLR0911
@@ -135,7 +144,7 @@ def broken_off(upload: Upload, rules: AutopilotRules, manners: Manners, cause: s
             f"{cause}: the vehicle was told of {count} items but never asked for one, "
             "so whether it still holds its old mission is not known"
         )
-    far = f"{cause}: the vehicle asked for items up to number {upload.highest_asked} of 0 to {count - 1}"
+    far = f"{cause}: the vehicle had asked for {upload.highest_asked + 1} of {count} items"
     if upload.accepted_at is not None:
         return UncertainError(f"{far} and accepted them once, but what it holds now is not known")
     if not manners.atomic:

@@ -141,7 +141,8 @@ class UploadSession(Session):
     def _timers(self) -> list[float | None]:
         parts = (self._upload, self._download, self._verdict)
         timers = [part.next_timer() for part in parts if part is not None]
-        return [*timers, self._settled_at() if self.phase is Phase.SETTLING else None]
+        waiting = self.phase is Phase.SETTLING and (self._verdict is None or self._verdict.outcome is not None)
+        return [*timers, self._settled_at() if waiting else None]
 
     def _look_round(self, upload: Upload, now: float) -> None:
         """Take note of what others did to the vehicle meanwhile."""

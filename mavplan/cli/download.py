@@ -1,0 +1,80 @@
+"""``mavplan download``: the mission that a vehicle holds, into a file."""
+
+import json
+from pathlib import Path
+
+import click
+
+from mavplan.cli.upload import CONN_HELP, link_progress
+
+
+@click.command("download", short_help="Save the mission that a vehicle holds.")
+@click.option("--conn", required=True, metavar="SPEC", help=CONN_HELP)
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write this file, .plan or .waypoints.",
+)
+@click.option(
+    "--system",
+    type=click.IntRange(1, 255),
+    metavar="N",
+    help="MAVLink system of the vehicle, where several are on the line.",
+)
+@click.option(
+    "--timeout",
+    "timeout_s",
+    type=click.FloatRange(min=0, min_open=True),
+    default=120.0,
+    show_default=True,
+    metavar="S",
+    help="Seconds after which it is over, whatever happens.",
+)
+@click.option(
+    "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="Refuse a vehicle with another firmware."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
+def download_command(
+    conn: str, output: Path, system: int | None, timeout_s: float, autopilot: str | None, as_json: bool
+) -> None:
+    r"""Write the mission that a vehicle holds to FILE; nothing on the vehicle is changed.
+
+    \b
+    mavplan download --conn udp:0.0.0.0:14550 -o held.plan
+    """
+    from mavplan.cli.console import say_problems
+    from mavplan.formats import format_of, write_mission
+    from mavplan.link.connection import open_connection
+    from mavplan.link.endpoint import parse_endpoint
+    from mavplan.link.vehicle import download_mission
+
+    endpoint = parse_endpoint(conn)
+    format_of(output)
+    with open_connection(endpoint) as connection, link_progress("downloading") as show:
+        held = download_mission(
+            connection,
+            deadline_s=timeout_s,
+            system=system,
+            autopilot=autopilot,  # type: ignore[arg-type]
+            place=str(endpoint),
+            progress=show,
+        )
+    say_problems(held.warnings)
+    say_problems(write_mission(held.mission, output))
+    if as_json:
+        items = len(held.mission.items)
+        click.echo(
+            json.dumps(
+                {
+                    "outcome": "downloaded",
+                    "items": items,
+                    "autopilot": held.mission.autopilot,
+                    "file": str(output),
+                }
+            )
+        )
+    else:
+        click.echo(f"written: {output}, {len(held.mission.items)} items")

@@ -1,0 +1,171 @@
+"""``mavplan upload``: a mission file onto a vehicle, read back and compared."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mavplan.errors import MavplanError
+
+if TYPE_CHECKING:
+    from mavplan.link.report import UploadReport
+    from mavplan.link.transfer import Progress
+    from mavplan.mission.readback import Difference
+
+CONN_HELP = (
+    "Where the vehicle is: udp:HOST:PORT (listen), udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT, "
+    "/dev/ttyUSB0,57600; MAVSDK's udpin://… too."
+)
+
+
+@click.command("upload", short_help="Upload a mission to a vehicle and read it back.")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--conn", required=True, metavar="SPEC", help=CONN_HELP)
+@click.option(
+    "--system",
+    type=click.IntRange(1, 255),
+    metavar="N",
+    help="MAVLink system of the vehicle, where several are on the line.",
+)
+@click.option(
+    "--timeout",
+    "timeout_s",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="S",
+    help="Seconds after which it is over, whatever happens; by default 2 minutes and 1 s an item.",
+)
+@click.option(
+    "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."
+)
+@click.option("--allow-armed", is_flag=True, help="Write also to a vehicle that is armed.")
+@click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
+def upload_command(
+    file: Path,
+    conn: str,
+    system: int | None,
+    timeout_s: float | None,
+    autopilot: str | None,
+    allow_armed: bool,
+    as_json: bool,
+) -> None:
+    r"""Put the mission in FILE (.plan or .waypoints) onto a vehicle.
+
+    The mission is read back and compared item by item; only then it counts as stored. The exit code says what the
+    vehicle holds: 0 this mission, 3 no vehicle was heard, 4 it refused and keeps its old one (or PX4 judges the
+    new one not flyable), 5 that is uncertain.
+
+    \b
+    mavplan upload valley.plan --conn udp:0.0.0.0:14550
+    mavplan upload valley.plan --conn /dev/ttyUSB0,57600 --system 3
+    """
+    from mavplan.cli.console import say_problems
+    from mavplan.formats.beside import read_known_mission
+    from mavplan.link.connection import open_connection
+    from mavplan.link.endpoint import parse_endpoint
+    from mavplan.link.vehicle import upload_mission
+
+    endpoint = parse_endpoint(conn)
+    mission = read_known_mission(file, autopilot)  # type: ignore[arg-type]
+    say_problems(mission.warnings)
+    try:
+        with open_connection(endpoint) as connection, link_progress("uploading") as show:
+            report = upload_mission(
+                mission,
+                connection,
+                deadline_s=timeout_s,
+                system=system,
+                place=str(endpoint),
+                allow_armed=allow_armed,
+                progress=show,
+            )
+    except MavplanError as error:
+        differences: Sequence[Difference] = getattr(error, "differences", ())
+        if as_json:
+            click.echo(json.dumps(_failure(error, differences), ensure_ascii=False))
+        elif differences:
+            _print_differences(differences)
+        raise
+    say_problems(report.warnings)
+    click.echo(json.dumps(_success(report)) if as_json else summary(report))
+
+
+def summary(report: "UploadReport") -> str:
+    """Return the line that a person reads after a verified upload."""
+    from mavplan.mission.autopilots import AUTOPILOTS
+
+    title = AUTOPILOTS[report.autopilot].title
+    again = f", in {report.uploads} attempts" if report.uploads > 1 else ""
+    return (
+        f"stored and verified: {report.items} items on {title}, system {report.vehicle.system} "
+        f"({report.upload_s:.1f} s to upload{again}, {report.total_s:.1f} s in all)"
+    )
+
+
+@contextmanager
+def link_progress(label: str) -> "Iterator[Callable[[Progress], None]]":
+    """Give a callback that moves a progress bar on standard error, if that is a terminal."""
+    from mavplan.cli.console import progress
+
+    with progress(label) as move:
+
+        def show(step: "Progress") -> None:
+            if step.total:
+                move(step.done, step.total)
+
+        yield show
+
+
+def _success(report: "UploadReport") -> dict[str, object]:
+    return {
+        "outcome": "verified",
+        "items": report.items,
+        "autopilot": report.autopilot,
+        "system": report.vehicle.system,
+        "component": report.vehicle.component,
+        "judgement": report.judgement.value if report.judgement else None,
+        "opaque_id": report.opaque_id,
+        "upload_s": round(report.upload_s, 3),
+        "total_s": round(report.total_s, 3),
+        "uploads": report.uploads,
+        "read_backs": report.read_backs,
+        "warnings": [str(problem) for problem in report.warnings],
+    }
+
+
+def _failure(error: MavplanError, differences: "Sequence[Difference]") -> dict[str, object]:
+    return {
+        "outcome": error.exit_code.name.lower(),
+        "exit_code": int(error.exit_code),
+        "message": str(error),
+        # NaN is no JSON
+        "differences": [
+            {
+                "item": found.seq,
+                "field": found.field,
+                "sent": _plain(found.sent),
+                "stored": _plain(found.stored),
+            }
+            for found in differences
+        ],
+    }
+
+
+def _plain(value: float) -> float | None:
+    return value if value == value else None  # noqa: PLR0124 - false for NaN only
+
+
+def _print_differences(differences: "Sequence[Difference]") -> None:
+    from rich.table import Table
+
+    from mavplan.cli.console import stderr
+
+    table = Table(title="what the vehicle stored otherwise")
+    for heading in ("item", "field", "sent", "stored"):
+        table.add_column(heading, justify="left" if heading == "field" else "right")
+    for found in differences:
+        item = "" if found.seq is None else str(found.seq)
+        table.add_row(item, found.field, f"{found.sent:.9g}", f"{found.stored:.9g}")
+    stderr().print(table)
