@@ -58,7 +58,7 @@ def test_as_many_pairs_as_possible_and_of_those_the_shortest(points, range_m):
     assert warnings == ()
 
 
-@pytest.mark.parametrize(("seed", "users"), [(1, 40), (2, 60), (3, 90)])
+@pytest.mark.parametrize(("seed", "users"), [(1, 40), (2, 60)])
 def test_many_users_are_matched_as_an_integer_programme_would(seed, users):
     """HiGHS, given one variable a link, finds no more pairs and no shorter ones."""
     xy_m = np.random.default_rng(seed).uniform(0, 500, (users, 2))

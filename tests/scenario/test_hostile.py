@@ -10,7 +10,7 @@ from mavplan.scenario import load_scenario
 
 from .conftest import HOME
 
-EASY = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+EASY = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 SCENARIO_WORDS = st.sampled_from(
     [
@@ -101,7 +101,7 @@ JSON_VALUES = st.recursive(
             max_size=5,
         )
     ),
-    max_leaves=25,
+    max_leaves=12,
 )
 
 
@@ -157,7 +157,8 @@ def test_any_bytes_as_geojson(desk, data):
     st.lists(
         st.fixed_dictionaries(
             {"type": st.just("Feature"), "geometry": JSON_VALUES, "properties": JSON_VALUES}
-        )
+        ),
+        max_size=3,
     )
 )
 def test_any_features_in_a_good_collection(desk, features):
