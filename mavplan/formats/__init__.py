@@ -19,6 +19,7 @@ __all__ = [
     "atomic_write",
     "format_of",
     "read_mission",
+    "read_text",
     "write_all",
     "write_mission",
 ]
@@ -92,15 +93,25 @@ def read_mission(path: Path | str) -> Mission:
         The file cannot be read, or all that is wrong in it.
     """
     mission_format = format_of(path)
+    return mission_format.loads(read_text(path), str(path))
+
+
+def read_text(path: Path | str) -> str:
+    """Return the text of a file.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is no UTF-8 text.
+    """
     try:
-        text = Path(path).read_bytes().decode("utf-8")
+        return Path(path).read_bytes().decode("utf-8")
     except UnicodeDecodeError as error:
-        found = f"byte {error.start} is not UTF-8 text: this is no {mission_format.suffix} file"
+        found = f"byte {error.start} is not UTF-8 text: this is no mission file"
         raise InputError([Problem(str(path), found, "not-text")]) from error
     except OSError as error:
         message = f"cannot be read: {error.strerror or error}"
         raise InputError([Problem(str(path), message, "not-readable")]) from error
-    return mission_format.loads(text, str(path))
 
 
 def write_mission(mission: Mission, path: Path | str) -> tuple[Problem, ...]:

@@ -1,4 +1,4 @@
-"""The plan beside a mission file, ``X.mavplan.json``: where it is, and what it knows that the mission file does not say.
+"""The plan beside a mission file, ``X.mavplan.json``: where it is, and what the mission file does not say.
 
 Light, so that an upload can ask it; what is in the plan is written by `mavplan.plan_file`.
 """

@@ -42,9 +42,11 @@ def _mission(findings: Findings, mission: dict[str, Any]) -> None:
     for key in ("cruiseSpeed", "hoverSpeed", "vehicleType", "firmwareType", "globalPlanAltitudeMode"):
         _key(findings, mission, "mission", key, int)
     firmware = mission.get("firmwareType")
-    if firmware not in FIRMWARE:
-        findings.add("mission.firmwareType", f"{firmware} is neither 3 (ArduPilot) nor 12 (PX4)", "firmware")
-    findings.autopilot = FIRMWARE.get(firmware) if isinstance(firmware, int) else None
+    if not _is_int(firmware) or firmware not in FIRMWARE:
+        found = f"found {firmware!r:.40}, must be 3 (ArduPilot) or 12 (PX4)"
+        findings.add("mission.firmwareType", found, "firmware")
+    else:
+        findings.autopilot = FIRMWARE[firmware]
     findings.says_autopilot = True
     home = mission.get("plannedHomePosition")
     if isinstance(home, list) and len(home) == 3 and all(_is_finite(value) for value in home):
@@ -57,7 +59,7 @@ def _mission(findings: Findings, mission: dict[str, Any]) -> None:
     if not isinstance(items, list):
         findings.add("mission.items", "must be an array", "type")
         return
-    ids: set[Any] = set()
+    ids: set[int] = set()
     for index, entry in enumerate(items):
         place = f"mission.items[{index}]"
         item = _object(findings, entry, place)
@@ -65,8 +67,10 @@ def _mission(findings: Findings, mission: dict[str, Any]) -> None:
         if not _is_int(jump_id) or jump_id < 1:
             findings.add(f"{place}.doJumpId", "must be a whole number from 1", "jump-id")
         elif jump_id in ids:
-            findings.add(f"{place}.doJumpId", f"{jump_id} is used twice: DO_JUMP would go astray", "jump-id")
-        ids.add(str(jump_id) if isinstance(jump_id, list | dict) else jump_id)
+            found = f"{jump_id} is used twice: DO_JUMP would go astray"
+            findings.add(f"{place}.doJumpId", found, "jump-id")
+        else:
+            ids.add(jump_id)
         _item(findings, item, place)
 
 
@@ -123,7 +127,7 @@ def _fence(findings: Findings, fence: dict[str, Any]) -> None:
     _version(findings, fence, "geoFence", 2)
     for key in ("circles", "polygons"):
         _key(findings, fence, "geoFence", key, list)
-        for k, entry in enumerate(fence.get(key) or ()):
+        for k, entry in enumerate(_list(fence, key)):
             place = f"geoFence.{key}[{k}]"
             shape = _object(findings, entry, place)
             _version(findings, shape, place, 1)
@@ -145,7 +149,7 @@ def _fence(findings: Findings, fence: dict[str, Any]) -> None:
 def _rally(findings: Findings, rally: dict[str, Any]) -> None:
     _version(findings, rally, "rallyPoints", 2)
     _key(findings, rally, "rallyPoints", "points", list)
-    for k, point in enumerate(rally.get("points") or ()):
+    for k, point in enumerate(_list(rally, "points")):
         if not _is_place(point, 3):
             findings.add(
                 f"rallyPoints.points[{k}]", "must be latitude, longitude, metres above home", "rally"
@@ -157,6 +161,11 @@ def _object(findings: Findings, found: Any, place: str) -> dict[str, Any]:
         return found
     findings.add(place, "this section is missing: an object is expected", "section")
     return {}
+
+
+def _list(parent: dict[str, Any], key: str) -> list[Any]:
+    found = parent.get(key)
+    return found if isinstance(found, list) else []
 
 
 def _key(findings: Findings, parent: dict[str, Any], place: str, key: str, kind: type) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mavplan.errors import Problem
+from mavplan.formats import read_text
 from mavplan.formats.check_plan import check_plan
 from mavplan.formats.check_waypoints import check_waypoints
 from mavplan.formats.foreign import mavsdk_problems, pymavlink_problems
@@ -45,11 +46,11 @@ def reader_problems(source: Path | str, mission: Mission | None = None) -> list[
 
     Raises
     ------
-    OSError, UnicodeDecodeError
-        A path that cannot be read.
+    InputError
+        The path cannot be read.
     """
     if isinstance(source, Path):
-        text, name = source.read_bytes().decode("utf-8"), str(source)
+        text, name = read_text(source), str(source)
         is_plan = source.suffix.lower() == ".plan"
     else:
         is_plan = not source.lstrip().startswith("QGC")
