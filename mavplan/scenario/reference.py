@@ -125,11 +125,11 @@ def keys_of(section: str) -> dict[str, Key]:
     return found
 
 
-type_limits = tuple[float, float, bool, bool]
-_NO_LIMITS: type_limits = (-math.inf, math.inf, False, False)
+_Limits = tuple[float, float, bool, bool]
+_NO_LIMITS: _Limits = (-math.inf, math.inf, False, False)
 
 
-def _describe(hint: Any) -> tuple[str, type_limits]:
+def _describe(hint: Any) -> tuple[str, _Limits]:
     """Return what a type allows, in words, and the range of its number."""
     origin = get_origin(hint)
     if origin in (Union, types.UnionType):
@@ -147,7 +147,7 @@ def _describe(hint: Any) -> tuple[str, type_limits]:
 _NOUNS = {float: "a number", int: "a whole number", str: "text"}
 
 
-def _limits(extras: list[Any]) -> type_limits:
+def _limits(extras: list[Any]) -> _Limits:
     low, high, open_low, open_high = _NO_LIMITS
     for bound in (entry for extra in extras if isinstance(extra, FieldInfo) for entry in extra.metadata):
         match bound:
@@ -162,7 +162,7 @@ def _limits(extras: list[Any]) -> type_limits:
     return low, high, open_low, open_high
 
 
-def _range_words(limits: type_limits) -> str:
+def _range_words(limits: _Limits) -> str:
     low, high, open_low, open_high = limits
     if low == -math.inf and high == math.inf:
         return ""
