@@ -12,7 +12,8 @@ from typing import Any, NoReturn, TypeGuard
 from mavplan.formats.seen import Findings, SeenItem
 
 WITH_POSITION = {16, 17, 19, 21, 22}
-BARE = {20, 93, 177, 178}
+DO_JUMP = 177
+BARE = {20, 93, DO_JUMP, 178}
 FRAME_OF_MODE = {1: 3, 2: 0, 4: 10}
 FIRMWARE = {3: "ardupilot", 12: "px4", 0: None}
 
@@ -39,8 +40,11 @@ def check_plan(text: str, name: str) -> Findings:
 
 def _mission(findings: Findings, mission: dict[str, Any]) -> None:
     _version(findings, mission, "mission", 2)
-    for key in ("cruiseSpeed", "hoverSpeed", "vehicleType", "firmwareType", "globalPlanAltitudeMode"):
+    for key in ("vehicleType", "firmwareType"):
         _key(findings, mission, "mission", key, int)
+    for key in ("cruiseSpeed", "hoverSpeed", "globalPlanAltitudeMode"):
+        if key in mission:
+            _key(findings, mission, "mission", key, int)
     firmware = mission.get("firmwareType")
     if not _is_int(firmware) or firmware not in FIRMWARE:
         found = f"found {firmware!r:.40}, must be 3 (ArduPilot) or 12 (PX4)"
@@ -59,19 +63,34 @@ def _mission(findings: Findings, mission: dict[str, Any]) -> None:
     if not isinstance(items, list):
         findings.add("mission.items", "must be an array", "type")
         return
-    ids: set[int] = set()
+    number_of_id = _jump_ids(findings, items)
     for index, entry in enumerate(items):
         place = f"mission.items[{index}]"
-        item = _object(findings, entry, place)
-        jump_id = item.get("doJumpId")
+        _item(findings, _object(findings, entry, place), place)
+    for at, seen in enumerate(findings.items):
+        if seen.command == DO_JUMP:
+            number = number_of_id.get(seen.param1, 0)
+            findings.items[at] = seen._replace(param1=float(number))
+            if number not in (0, seen.param1):
+                found = (
+                    f"goes to id {seen.param1:g}, item {number}: MAVSDK sends {seen.param1:g} as it stands"
+                )
+                findings.add(seen.place, found, "jump-id", "warning")
+
+
+def _jump_ids(findings: Findings, items: list[Any]) -> dict[float, int]:
+    """Return the number, from 1, of the item with each doJumpId; QGroundControl finds targets by it."""
+    number_of_id: dict[float, int] = {}
+    for index, entry in enumerate(items):
+        place = f"mission.items[{index}].doJumpId"
+        jump_id = entry.get("doJumpId") if isinstance(entry, dict) else None
         if not _is_int(jump_id) or jump_id < 1:
-            findings.add(f"{place}.doJumpId", "must be a whole number from 1", "jump-id")
-        elif jump_id in ids:
-            found = f"{jump_id} is used twice: DO_JUMP would go astray"
-            findings.add(f"{place}.doJumpId", found, "jump-id")
+            findings.add(place, "must be a whole number from 1", "jump-id")
+        elif jump_id in number_of_id:
+            findings.add(place, f"{jump_id} is used twice: DO_JUMP would go astray", "jump-id")
         else:
-            ids.add(jump_id)
-        _item(findings, item, place)
+            number_of_id[jump_id] = index + 1
+    return number_of_id
 
 
 def _item(findings: Findings, item: dict[str, Any], place: str) -> None:

@@ -94,7 +94,10 @@ def _check_first_items(findings: Findings) -> None:
     if not findings.items:
         findings.add("", "has no items", "empty")
         return
-    first = findings.items[0] if findings.autopilot == "px4" else flown[0] if flown else None
+    first = flown[0] if flown else None
+    if findings.autopilot == "px4" and first is not None and first is not findings.items[0]:
+        found = f"command {findings.items[0].command} before take-off: some PX4 reject the mission"
+        findings.add(findings.items[0].place, found, "before-takeoff", "warning")
     if first is None or first.command != 22:
         # Known to be refused on PX4; ArduPilot flies such a mission when it is in the air already.
         sure = findings.autopilot == "px4"

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from mavplan.errors import InputError, Problem
-from mavplan.formats import FORMATS
+from mavplan.formats import FORMATS, read_mission
 from mavplan.formats.checks import reader_problems
 from mavplan.mission.model import Autopilot, Mission
 
@@ -99,15 +99,16 @@ class TestHomeAltitudeIsTheFlightHeight:
 
 class TestSwappedFirmwareTypes:
     @pytest.mark.parametrize(
-        ("autopilot", "wrong", "code"), [("ardupilot", 12, "no-takeoff"), ("px4", 3, "nan")]
+        ("autopilot", "wrong", "code", "severity"),
+        [("ardupilot", 12, "before-takeoff", "warning"), ("px4", 3, "nan", "error")],
     )
     def test_it_is_found(
-        self, make_mission: MakeMission, autopilot: Autopilot, wrong: int, code: str
+        self, make_mission: MakeMission, autopilot: Autopilot, wrong: int, code: str, severity: str
     ) -> None:
-        """By what the other firmware would refuse in it, and beside the mission by the number itself."""
+        """By what the other firmware would mind in it, and beside the mission by the number itself."""
         mission = make_mission(autopilot)
         text = plan_with(mission, lambda d: d["mission"].__setitem__("firmwareType", wrong))
-        assert code in found_in(text)
+        assert (code, severity) in {(problem.code, problem.severity) for problem in reader_problems(text)}
         assert "firmware" in found_in(text, mission)
 
 
@@ -256,6 +257,7 @@ class TestHoldTimes:
         (lambda d: d["mission"].__setitem__("cruiseSpeed", 7.5), "type"),
         (lambda d: d["mission"].__setitem__("hoverSpeed", 7.0), "type"),
         (lambda d: d["mission"].pop("vehicleType"), "type"),
+        (lambda d: d["mission"].__setitem__("globalPlanAltitudeMode", "relative"), "type"),
         (lambda d: d["mission"].__setitem__("plannedHomePosition", [1, 2]), "home"),
         (lambda d: d["mission"].__setitem__("items", []), "empty"),
         (lambda d: first(d, 16)["params"].pop(), "params"),
@@ -267,6 +269,7 @@ class TestHoldTimes:
         (lambda d: first(d, 20).__setitem__("frame", 3), "frame"),
         (lambda d: first(d, 20).__setitem__("Altitude", 3), "altitude-keys"),
         (lambda d: items_of(d).pop(0), "no-takeoff"),
+        (lambda d: items_of(d).insert(0, first(d, 16) | {"doJumpId": 99}), "no-takeoff"),
         (lambda d: first(d, 22)["params"].__setitem__(6, 0), "no-takeoff"),
     ],
 )
@@ -275,6 +278,21 @@ def test_what_else_a_ground_station_refuses_in_a_plan_is_found(
 ) -> None:
     """One rule of one reader each, in a plan for PX4."""
     assert code in found_in(plan_with(make_mission("px4"), change))
+
+
+def test_what_qgroundcontrol_saves_has_no_fault_but_a_speed_that_mission_planner_cannot_parse() -> None:
+    """Ids with gaps, an altitude above sea level, a fence: all as its loader wants them; the jump is warned about."""
+    path = Path(__file__).with_name("data") / "qgroundcontrol.plan"
+    found = [(problem.code, problem.severity) for problem in reader_problems(path, read_mission(path))]
+    assert found == [("type", "error"), ("jump-id", "warning")]
+
+
+def test_a_jump_to_nowhere_is_found(make_mission: MakeMission) -> None:
+    """A target is the doJumpId of an item."""
+    jump = {"type": "SimpleItem", "command": 177, "frame": 2, "autoContinue": True, "doJumpId": 99}
+    for target, code in ((2, set()), (99, set()), (50, {"jump"})):
+        extra = jump | {"params": [target, 1, 0, 0, 0, 0, 0]}
+        assert found_in(plan_with(make_mission("px4"), lambda d, e=extra: items_of(d).append(e))) == code
 
 
 def test_a_file_is_checked_by_its_suffix(tmp_path: Path, make_mission: MakeMission) -> None:
