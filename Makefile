@@ -3,7 +3,7 @@ SHELL := /bin/bash
 PYTHON ?= $(firstword $(foreach p,python3.11 python3.12 python3.13 python3,$(shell command -v $(p) 2>/dev/null)))
 VENV := .venv
 BIN := $(VENV)/bin
-CODE := mavplan sitl_mock tests benchmarks scripts
+CODE := mavplan sitl_mock tests benchmarks missions
 PYTEST_ARGS ?=
 # A virtual environment of the caller's must not leak into ours, nor caches out of this folder.
 unexport PYTHONPATH VIRTUAL_ENV PYTHONHOME

@@ -1,0 +1,96 @@
+"""``check``, ``export`` and ``demo``: what goes out is what was meant."""
+
+import json
+
+import pytest
+
+from mavplan.formats import read_mission
+
+
+@pytest.fixture
+def valley(mavplan, gallery):
+    """A planned example in this folder."""
+    ran = mavplan(
+        "plan", gallery / "valley/scenario.toml", "--clusters", "3", "-o", "v.plan", "-o", "v.waypoints"
+    )
+    assert ran.code == 0, ran.err
+
+
+@pytest.mark.parametrize("name", ["v.plan", "v.waypoints"])
+@pytest.mark.usefixtures("valley")
+def test_a_written_mission_passes_its_check(mavplan, name):
+    ran = mavplan("check", name)
+    assert ran.code == 0, ran.err
+    assert "verified" in ran.out
+    assert "ArduPilot" in ran.out
+
+
+def test_a_scenario_is_checked_on_both_firmwares(mavplan, gallery):
+    ran = mavplan("check", gallery / "valley/scenario.toml")
+    assert ran.code == 0, ran.err
+    assert "mock ArduPilot" in ran.out
+    assert "mock PX4" in ran.out
+
+
+@pytest.mark.usefixtures("valley")
+def test_a_mission_for_the_other_firmware_is_refused_by_name(mavplan):
+    ran = mavplan("check", "v.plan", "--firmware", "px4")
+    assert ran.code == 2
+    assert "ArduPilot" in ran.err
+    assert "PX4" in ran.err
+
+
+@pytest.mark.usefixtures("valley")
+def test_a_file_with_a_swapped_position_fails_its_check(mavplan, tmp_path):
+    plan = json.loads((tmp_path / "v.plan").read_text())
+    params = plan["mission"]["items"][3]["params"]
+    params[4], params[5] = params[5], params[4]
+    (tmp_path / "v.plan").write_text(json.dumps(plan))
+    ran = mavplan("check", "v.plan")
+    assert ran.code == 6
+    assert "error" in ran.err
+
+
+@pytest.mark.usefixtures("valley")
+def test_a_hold_that_ardupilot_would_cut_off_fails_its_check(mavplan, tmp_path):
+    text = (tmp_path / "v.plan").read_text()
+    plan = json.loads(text)
+    holding = next(item for item in plan["mission"]["items"] if item["command"] == 19)
+    holding["params"][0] = 7.6
+    (tmp_path / "v.plan").write_text(json.dumps(plan))
+    ran = mavplan("check", "v.plan")
+    assert ran.code in {2, 6}
+    assert "7.6" in ran.err
+
+
+@pytest.mark.usefixtures("valley")
+def test_an_export_holds_the_same_mission_and_keeps_the_plan_beside_it(mavplan, tmp_path):
+    ran = mavplan("export", "v.plan", "-o", "w.waypoints")
+    assert ran.code == 0, ran.err
+    assert read_mission(tmp_path / "w.waypoints").items == read_mission(tmp_path / "v.plan").items
+    assert (tmp_path / "w.mavplan.json").read_bytes() == (tmp_path / "v.mavplan.json").read_bytes()
+    # Without the plan beside it, a .waypoints does not say its firmware; with it, it does.
+    back = mavplan("export", "w.waypoints", "-o", "back.plan")
+    assert back.code == 0
+    assert read_mission(tmp_path / "back.plan").autopilot == "ardupilot"
+
+
+@pytest.mark.usefixtures("valley")
+def test_a_file_is_not_exported_onto_itself(mavplan, tmp_path):
+    before = (tmp_path / "v.plan").read_bytes()
+    assert mavplan("export", "v.plan", "-o", "v.plan").code == 2
+    assert (tmp_path / "v.plan").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["valley", "coast"])
+def test_the_demo_ends_with_a_verified_mission_and_its_files(mavplan_process, gallery, tmp_path, name):
+    ran = mavplan_process("demo", gallery / name / "scenario.toml", "--out", "out")
+    assert ran.code == 0, ran.err
+    assert "stored and verified" in ran.out
+    assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".plan", ".waypoints", ".png", ".json"}
+
+
+def test_the_demo_without_a_scenario_starts_from_the_one_of_init(mavplan_process, tmp_path):
+    ran = mavplan_process("demo")
+    assert ran.code == 0, ran.err
+    assert (tmp_path / "mavplan-demo/scenario.toml").is_file()
