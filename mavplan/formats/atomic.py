@@ -74,6 +74,8 @@ def write_all(pairs: Iterable[tuple[Path | str, str | bytes]]) -> None:
                 )
             except OSError as error:
                 problems.append(_problem(asked, error))
+            except RuntimeError:  # how Python up to 3.12 says it
+                problems.append(Problem(str(asked), "links that lead in a circle", "not-writable"))
         if problems:
             raise InputError(problems)
         for file in prepared:

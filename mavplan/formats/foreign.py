@@ -32,13 +32,20 @@ def mavsdk_problems(plan_path: Path | str, mission: Mission) -> list[Problem]:
     Returns
     -------
     list of Problem
-        MAVSDK's refusal, or each field that differs.
+        MAVSDK's refusal, or each field that differs; a warning where there is no MAVSDK for this machine.
     """
-    from mavsdk import ComponentType, Configuration, Mavsdk, log_subscribe
-    from mavsdk.plugins.mission_raw import MissionRaw, MissionRawError
     from pymavlink.dialects.v20 import common
 
     name = str(plan_path)
+    try:
+        from mavsdk import ComponentType, Configuration, Mavsdk, log_subscribe
+        from mavsdk.plugins.mission_raw import MissionRaw, MissionRawError
+    except (
+        ImportError,
+        OSError,
+    ) as error:  # its wheels hold a native library and are not made for every machine
+        found = f"MAVSDK cannot be loaded on this machine and was not asked: {error}"
+        return [Problem(name, found, "not-asked", "warning")]
     log_subscribe(lambda *_: True)
     configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
     with Mavsdk(configuration) as mavsdk:

@@ -55,12 +55,14 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
         ("folder", "a folder of this name is in the way"),
         ("pipe", "not an ordinary file"),
         ("x" * 300, "cannot be written"),
+        ("circle", "links that lead in a circle|symbolic links"),
     ],
 )
 def test_what_cannot_be_written_is_told_in_one_sentence(tmp_path: Path, path: str, said: str) -> None:
     """The message names the path and what is in the way."""
     (tmp_path / "file").write_text("")
     (tmp_path / "folder").mkdir()
+    (tmp_path / "circle").symlink_to("circle")
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match=said) as caught:
         atomic_write(tmp_path / path, "x")

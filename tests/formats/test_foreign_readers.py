@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
@@ -66,6 +67,16 @@ def test_mavsdks_refusal_is_told(tmp_path: Path, make_mission: MakeMission, key:
     path.write_text(json.dumps(document))
     (problem,) = mavsdk_problems(path, make_mission("px4"))
     assert "MAVSDK refuses it" in problem.message
+
+
+def test_a_machine_without_mavsdk_is_told(
+    tmp_path: Path, make_mission: MakeMission, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was not asked: a warning, neither silence nor a traceback."""
+    write_mission(make_mission("px4"), tmp_path / "m.plan")
+    monkeypatch.setitem(sys.modules, "mavsdk", None)
+    (problem,) = mavsdk_problems(tmp_path / "m.plan", make_mission("px4"))
+    assert (problem.code, problem.severity) == ("not-asked", "warning")
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
