@@ -66,6 +66,8 @@ def draw_map(ax: "Axes", users: Users, trajectory: Trajectory, hold_s: Floats | 
                 name.replace("$", r"\$"), place, (4, 4), textcoords="offset points", fontsize=6, color="0.35"
             )
     _number_stops(ax, stops, hold_s)
+    reach = trajectory.radius_m
+    ax.update_datalim(np.vstack([stops - reach, stops + reach]))
     ax.set_aspect("equal", adjustable="datalim")
     ax.autoscale_view()
     ax.set_xlabel("east of home [m]")
