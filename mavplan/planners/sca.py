@@ -20,6 +20,9 @@ GAIN_TOLERANCE = 1e-9
 
 MOST_ITERATIONS = 500
 
+MAGNIFICATIONS = (1, 1000, 1000)
+"""CVXPY solves a step this often, in units of R over these numbers: together good to 1e-7 m."""
+
 Step = Callable[[Floats, Floats, Channel], Floats]
 """(stop (2,), users (G, 2), channel) → the maximiser of P2.2, (2,)."""
 
@@ -50,10 +53,12 @@ def cvxpy_step(stop_m: Floats, users_m: Floats, channel: Channel) -> Floats:
     slopes = tangent_slopes(stop_m, users_m, channel)
     weights = slopes / slopes.mean()
     radius_m = channel.radius_m
-    # An interior point ends within the square root of its tolerance where a disc is only just touched. So once more
-    # through a magnifying glass: round the first answer, in units of R/1000.
-    coarse = _solve_p22(stop_m, radius_m, users_m, weights, radius_m)
-    return _solve_p22(coarse, radius_m / 1000, users_m, weights, radius_m)
+    # An interior point ends within the square root of its tolerance where a disc is only just touched. So again
+    # through a magnifying glass, round the answer before.
+    found = stop_m
+    for magnification in MAGNIFICATIONS:
+        found = _solve_p22(found, radius_m / magnification, users_m, weights, radius_m)
+    return found
 
 
 def _solve_p22(origin_m: Floats, unit_m: float, users_m: Floats, weights: Floats, radius_m: float) -> Floats:
