@@ -24,14 +24,20 @@ def main() -> None:
         for step in (closed_form_step, cvxpy_step)
     }
     fast_s, slow_s = each[closed_form_step], each[cvxpy_step]
+    solves = len(MAGNIFICATIONS)
     show(
         "one SCA step, 1 to 20 users",
         [
             ("closed form", f"{fast_s * 1e6:.0f} µs", ""),
             (
-                "CVXPY and Clarabel (two solves)",
+                "CVXPY and Clarabel, to 1e-7 m",
                 f"{slow_s * 1e6:.0f} µs",
                 f"{slow_s / fast_s:.0f} times as long",
+            ),
+            (
+                f"one of its {solves} solves",
+                f"{slow_s / solves * 1e6:.0f} µs",
+                f"{slow_s / solves / fast_s:.0f} times as long; wanted: 100",
             ),
         ],
     )
