@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.timing import best_s, show
-from mavplan.planners.sca import closed_form_step, cvxpy_step
+from mavplan.planners.sca import MAGNIFICATIONS, closed_form_step, cvxpy_step
 from mavplan.radio import Channel
 from mavplan.scenario import D2D, Radio
 
