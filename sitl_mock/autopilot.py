@@ -144,11 +144,11 @@ class Autopilot:
         return outbox
 
     def next_timer(self) -> float | None:
-        """Return when `tick` must be called at the latest; None once the vehicle is dead."""
-        if self.killed_by is not None:
+        """Return when `tick` must be called at the latest; None before its first call and once the vehicle is dead."""
+        if self.killed_by is not None or self._started is None:
             return None
         times = [self._next_heartbeat]
-        if not self.vehicle.ready and self._started is not None:
+        if not self.vehicle.ready:
             times.append(self._started + self._boot_time_s)
         if self._inbox:
             times.append(self._inbox[0][0])

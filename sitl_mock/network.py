@@ -133,6 +133,7 @@ class FaultyNetwork:
         """Deliver and do whatever is due by now, in the order of its time."""
         if self._started is None:
             self._started = self._clock = now
+            self._step(now)
         idle = 0
         while (due := self._next_due()) <= now and idle < MAX_IDLE_STEPS:
             at = max(due, self._clock)
