@@ -7,11 +7,11 @@ import numpy as np
 
 from mavplan.planners.balance import best_balance
 from mavplan.planners.clustering import clip_clusters, cluster_centres
-from mavplan.planners.ordering import from_origin, minimum_path_order, stops_only_path
+from mavplan.planners.ordering import from_origin, minimum_path_order
 from mavplan.planners.sca import STEPS, improve_stops
 from mavplan.planners.selection import supplementary_stops
 from mavplan.planners.setting import Setting
-from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.planners.trajectory import Trajectory, shortest_steps
 from mavplan.radio import Channel
 from mavplan.scenario.model import Users
 
@@ -28,16 +28,13 @@ def boaik(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     improved = improve_stops(centres, users.xy_m, channel, STEPS[setting.solver])
     reference = from_origin(improved[minimum_path_order(improved)])
     added = supplementary_stops(users, improved, reference, channel, best_balance(channel))
-    stops = np.vstack([improved, added])
-    stops = stops[minimum_path_order(stops)]
-    path, stop_at = stops_only_path(stops)
-    return Trajectory(
-        planner="boaik",
-        clusters=clusters,
-        path_m=path,
-        stop_at=stop_at,
+    return shortest_steps(
+        "boaik",
+        users,
+        channel,
+        np.vstack([improved, added]),
         reference_m=reference,
-        assignment=assign(users, stops, channel, d2d=True),
-        radius_m=channel.radius_m,
+        d2d=True,
+        clusters=clusters,
         notes=notes,
     )

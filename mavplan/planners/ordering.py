@@ -37,12 +37,6 @@ def from_origin(stops_m: Floats) -> Floats:
     return np.vstack([ORIGIN_M, stops_m])
 
 
-def stops_only_path(stops_m: Floats) -> tuple[Floats, Ints]:
-    """Return the path (M + 1, 2) from stop to stop, and the rows of it that are stops: all but the origin."""
-    path = from_origin(stops_m)
-    return path, np.arange(1, len(path))
-
-
 def path_length_m(path_m: Floats) -> float:
     """Return the length of a polyline (S + 1, 2)."""
     return float(np.linalg.norm(np.diff(path_m, axis=0), axis=1).sum())

@@ -7,10 +7,10 @@ import numpy as np
 
 from mavplan.planners.clustering import clip_clusters, cluster_centres
 from mavplan.planners.geometry import nearest_of
-from mavplan.planners.ordering import from_origin, minimum_path_order, stops_only_path
+from mavplan.planners.ordering import from_origin, minimum_path_order
 from mavplan.planners.sca import STEPS, improve_stops
 from mavplan.planners.setting import Setting
-from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.planners.trajectory import Trajectory, shortest_steps
 from mavplan.radio import Channel
 from mavplan.scenario.model import Users
 
@@ -27,16 +27,13 @@ def stoaik(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     covered = channel.reaches(nearest_of(users.xy_m, improved)[0])
     # Users on one spot share the stop above it.
     above = np.unique(users.xy_m[~covered], axis=0)
-    stops = np.vstack([improved, above])
-    stops = stops[minimum_path_order(stops)]
-    path, stop_at = stops_only_path(stops)
-    return Trajectory(
-        planner="stoaik",
-        clusters=clusters,
-        path_m=path,
-        stop_at=stop_at,
+    return shortest_steps(
+        "stoaik",
+        users,
+        channel,
+        np.vstack([improved, above]),
         reference_m=from_origin(improved[minimum_path_order(improved)]),
-        assignment=assign(users, stops, channel, d2d=False),
-        radius_m=channel.radius_m,
+        d2d=False,
+        clusters=clusters,
         notes=notes,
     )

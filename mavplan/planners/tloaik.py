@@ -7,10 +7,10 @@ on K-means", EURASIP J. Wireless Com. Network. 2021:107, doi 10.1186/s13638-021-
 import numpy as np
 
 from mavplan.planners.clustering import clip_clusters, cluster_centres
-from mavplan.planners.ordering import from_origin, minimum_path_order, stops_only_path
+from mavplan.planners.ordering import from_origin, minimum_path_order
 from mavplan.planners.selection import least_detour, supplementary_stops
 from mavplan.planners.setting import Setting
-from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.planners.trajectory import Trajectory, shortest_steps
 from mavplan.radio import Channel
 from mavplan.scenario.model import Users
 
@@ -26,16 +26,13 @@ def tloaik(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     centres = cluster_centres(users.xy_m, clusters, setting.rng)
     reference = from_origin(centres[minimum_path_order(centres)])
     added = supplementary_stops(users, centres, reference, channel, least_detour(channel.radius_m))
-    stops = np.vstack([centres, added])
-    stops = stops[minimum_path_order(stops)]
-    path, stop_at = stops_only_path(stops)
-    return Trajectory(
-        planner="tloaik",
-        clusters=clusters,
-        path_m=path,
-        stop_at=stop_at,
+    return shortest_steps(
+        "tloaik",
+        users,
+        channel,
+        np.vstack([centres, added]),
         reference_m=reference,
-        assignment=assign(users, stops, channel, d2d=True),
-        radius_m=channel.radius_m,
+        d2d=True,
+        clusters=clusters,
         notes=notes,
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from mavplan.errors import Problem
 from mavplan.planners.geometry import nearest_of
-from mavplan.planners.ordering import path_length_m
+from mavplan.planners.ordering import from_origin, minimum_path_order, path_length_m
 from mavplan.radio import Channel
 from mavplan.scenario.model import UNPAIRED, Bools, Floats, Ints, Users
 
@@ -83,6 +83,37 @@ class Trajectory:
     def sum_rate_bit_s_hz(self) -> float:
         """Sum of the users' rates, each counted once where it is served best: the paper's sum throughput."""
         return float(self.assignment.rate_bit_s_hz.sum())
+
+
+def shortest_steps(
+    planner: str,
+    users: Users,
+    channel: Channel,
+    stops_m: Floats,
+    *,
+    reference_m: Floats,
+    d2d: bool,
+    clusters: int,
+    notes: tuple[Problem, ...],
+) -> Trajectory:
+    """Return the trajectory through these stops in MPSS order, its users assigned: how TLOAIK and its kin end.
+
+    Parameters
+    ----------
+    stops_m
+        (M, 2) stops of both phases, in any order.
+    """
+    path = from_origin(stops_m[minimum_path_order(stops_m)])
+    return Trajectory(
+        planner=planner,
+        clusters=clusters,
+        path_m=path,
+        stop_at=np.arange(1, len(path)),
+        reference_m=reference_m,
+        assignment=assign(users, path[1:], channel, d2d=d2d),
+        radius_m=channel.radius_m,
+        notes=notes,
+    )
 
 
 def assign(users: Users, stops_m: Floats, channel: Channel, *, d2d: bool) -> Assignment:
