@@ -17,6 +17,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "init": ("mavplan.cli.init:init_command", "Write a commented scenario to start from."),
     "plan": ("mavplan.cli.plan:plan_command", "Plan stops, order and holds, and write the mission."),
     "compare": ("mavplan.cli.compare:compare_command", "Compare all planners on one scenario."),
+    "study": ("mavplan.cli.study:study_command", "Compare the planners on many random draws of users."),
     "export": ("mavplan.cli.export:export_command", "Write a mission file in another format."),
     "check": ("mavplan.cli.check:check_command", "Check a mission or scenario against a mock vehicle."),
     "upload": ("mavplan.cli.upload:upload_command", "Upload a mission to a vehicle and read it back."),
