@@ -93,8 +93,8 @@ def _probability(text: str) -> float:
 
 
 def _seconds(text: str) -> float:
-    number, factor = (text[:-2], 1e-3) if text.endswith("ms") else (text.removesuffix("s"), 1.0)
-    value = float(number) * factor
+    number, divisor = (text[:-2], 1000.0) if text.endswith("ms") else (text.removesuffix("s"), 1.0)
+    value = float(number) / divisor
     if not (0.0 <= value < math.inf):
         raise ValueError("a time such as 200ms or 1.5s")
     return value
