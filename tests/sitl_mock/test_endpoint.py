@@ -4,11 +4,8 @@ import contextlib
 import select
 import signal
 import socket
-import subprocess
-import sys
 import threading
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -17,28 +14,10 @@ from pymavlink.dialects.v20 import common as mavlink
 from sitl_mock.__main__ import main
 from sitl_mock.wire import Encoder, Parser
 
+from .process import WAIT_S, mock, port_of
 from .rig import ack, count, good_mission, heartbeat, request, request_list
 
-WAIT_S = 10.0
 BOTH = pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
-
-
-@contextlib.contextmanager
-def mock(*arguments: str, lines: int = 1) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
-    """A running mock and what it printed of its ends; ended by SIGTERM, which must give exit code 0."""
-    command = [sys.executable, "-m", "sitl_mock", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        try:
-            yield process, [process.stdout.readline().strip() for _ in range(lines)]
-        finally:
-            if process.poll() is None:
-                process.terminate()
-            process.wait(WAIT_S)
-
-
-def port_of(line: str) -> int:
-    return int(line.rpartition(":")[2])
 
 
 class Client:

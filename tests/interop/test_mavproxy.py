@@ -1,0 +1,105 @@
+"""MAVProxy as a foreign ground station: ``wp load`` and ``wp list`` against the mock, with both firmwares."""
+
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.sitl_mock.process import mock, port_of
+
+PROJECT = Path(__file__).resolve().parents[2]
+ENVIRONMENT = PROJECT / ".venv-mavproxy"
+MAVPROXY = ENVIRONMENT / "bin/mavproxy.py"
+WAIT_S = 30.0
+
+pytestmark = pytest.mark.skipif(
+    not MAVPROXY.is_file(), reason="no .venv-mavproxy: scripts/mavproxy-env.sh makes it"
+)
+
+WAYPOINTS = {
+    "ardupilot": [
+        "0 1 0 16 0 0 0 0 37.4000000 -122.1000000 10 1",
+        "1 0 3 22 0 0 0 0 37.4000000 -122.1000000 30 1",
+        "2 0 3 16 0 0 0 0 37.4009000 -122.1000000 30 1",
+        "3 0 3 19 8 0 0 0 37.4009000 -122.1000000 30 1",
+        "4 0 0 20 0 0 0 0 0 0 0 1",
+    ],
+    "px4": [
+        "0 1 3 22 0 0 0 0 37.4000000 -122.1000000 30 1",
+        "1 0 3 16 0 0 0 0 37.4009000 -122.1000000 30 1",
+        "2 0 3 19 8 0 0 0 37.4009000 -122.1000000 30 1",
+        "3 0 2 20 0 0 0 0 0 0 0 1",
+    ],
+}
+
+
+class MavProxy:
+    """MAVProxy with its standard input and what it has printed."""
+
+    def __init__(self, master: str, folder: Path) -> None:
+        self.log = folder / "mavproxy.txt"
+        command = [str(ENVIRONMENT / "bin/python"), str(MAVPROXY), f"--master={master}", "--no-state"]
+        self._out = self.log.open("wb")
+        self.process = subprocess.Popen(
+            [*command, "--default-modules=wp,cmdlong,misc"],
+            cwd=folder,
+            stdin=subprocess.PIPE,
+            stdout=self._out,
+            stderr=subprocess.STDOUT,
+        )
+
+    def type(self, line: str) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{line}\n".encode())
+        self.process.stdin.flush()
+
+    def wait_for(self, text: str) -> str:
+        """Return all that was printed once `text` is in it; its exit code says nothing, so the output must."""
+        until = time.monotonic() + WAIT_S
+        while time.monotonic() < until:
+            printed = self.log.read_text(errors="replace")
+            if text in printed:
+                return printed
+            time.sleep(0.1)
+        raise AssertionError(
+            f"MAVProxy did not print {text!r} within {WAIT_S} s:\n{self.log.read_text(errors='replace')}"
+        )
+
+    def close(self) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        self.process.terminate()
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self._out.close()
+
+
+@pytest.mark.parametrize("transport", ["udp", "tcp"])
+@pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
+def test_mavproxy_loads_and_lists_a_mission(firmware: str, transport: str, tmp_path: Path) -> None:
+    """Every item it lists, read back from the mock, is the one of the file."""
+    rows = WAYPOINTS[firmware]
+    file = tmp_path / "m.waypoints"
+    file.write_text("QGC WPL 110\n" + "".join("\t".join(row.split()) + "\n" for row in rows))
+    ends = ["--conn", f"{transport}in:127.0.0.1:0", "--home", "37.4,-122.1,10"]
+    with mock("--firmware", firmware, *ends) as (_, (line,)):
+        scheme = {"udp": "udpout", "tcp": "tcp"}[transport]
+        proxy = MavProxy(f"{scheme}:127.0.0.1:{port_of(line)}", tmp_path)
+        try:
+            proxy.wait_for("online system 1")
+            proxy.type(f"wp load {file}")
+            proxy.wait_for("Got MISSION_ACK: TYPE_MISSION: ACCEPTED")
+            proxy.type("wp list")
+            proxy.wait_for(f"Requesting {len(rows)} waypoints")
+            printed = proxy.wait_for("\n20 ")
+        finally:
+            proxy.close()
+    listed = [entry.split() for entry in printed.splitlines() if " p1=" in entry]
+    sent = [row.split() for row in rows]
+    assert [(int(e[0]), float(e[2]), float(e[3]), float(e[4]), e[5]) for e in listed] == [
+        (int(s[3]), float(s[8]), float(s[9]), float(s[10]), f"p1={float(s[4])}") for s in sent
+    ]
