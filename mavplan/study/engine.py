@@ -8,6 +8,7 @@ import contextlib
 import itertools
 import logging
 import os
+import re
 import signal
 import threading
 import time
@@ -163,7 +164,7 @@ def _on_processes(batches: Sequence[Sequence[Task]], processes: int) -> Generato
         found = parallel(joblib.delayed(run_batch)(batch) for batch in batches)
     finished = False
     try:
-        for rows in found:
+        for rows in found:  # noqa: UP028 - handed over with "from", it would be closed before the warning is silenced
             yield rows
         finished = True
     except TerminatedWorkerError as error:
@@ -207,50 +208,70 @@ def _begin_worker(parent: int) -> None:
 def _on_dask(batches: Sequence[Sequence[Task]], cluster: str, jobs: int | None) -> Generator[list[Row]]:
     """Give the rows of each batch, run by the workers of a cluster."""
     try:
-        from distributed import as_completed
+        from distributed import KilledWorker, as_completed
+        from distributed.utils import silence_logging_cmgr
     except ImportError as error:
         raise InputError("--cluster needs Dask distributed: pip install 'mavplan[study]'") from error
+    made_with = versions()
+    waiting = iter(batches)
     with contextlib.ExitStack() as stack:
+        # What goes wrong is raised, and said once.
+        stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
         client = _connect(stack, cluster, jobs)
-        made_with = versions()
-        waiting = iter(batches)
-        # A few batches a thread keep the workers busy; all at once would drown the scheduler of a long study.
-        first = list(itertools.islice(waiting, QUEUED_PER_THREAD * max(sum(client.nthreads().values()), 1)))
-        running = as_completed(
-            [client.submit(run_batch, batch, made_with, pure=False) for batch in first],
-            loop=client.loop,
-            with_results=True,
-        )
-        for _, rows in running:
-            for batch in itertools.islice(waiting, 1):
+        running = as_completed(loop=client.loop, with_results=True)
+
+        def fill() -> None:
+            # A few batches a thread keep the workers busy; all at once would drown the scheduler of a long study.
+            room = QUEUED_PER_THREAD * sum(client.nthreads().values()) - running.count()
+            for batch in itertools.islice(waiting, max(room, 1)):
                 running.add(client.submit(run_batch, batch, made_with, pure=False))
-            yield rows
+
+        fill()
+        try:
+            for number, (_, rows) in enumerate(running, start=1):
+                if isinstance(rows, BaseException):  # so it tells of batches that nobody works on any more
+                    raise OSError(str(rows))
+                if number % QUEUED_PER_THREAD == 0 or running.is_empty():
+                    fill()
+                yield rows
+        except (KilledWorker, OSError) as error:
+            reason = " ".join(str(error).split()).rstrip(".")
+            message = f"the cluster was lost: {reason}; what was finished is kept: run the same command again"
+            raise MavplanError(message) from error
 
 
 def _connect(stack: contextlib.ExitStack, cluster: str, jobs: int | None) -> "Client":
     """Return a client of the cluster, closed with the stack."""
     from distributed import Client, LocalCluster
 
-    if cluster != "local":
-        try:
-            return stack.enter_context(Client(cluster, timeout=CONNECT_S, set_as_default=False))
-        except (OSError, ValueError) as error:
-            raise InputError(
-                f"no Dask scheduler answers at {cluster!r}: allowed is 'local' or the address that "
-                "'dask scheduler' prints, tcp://host:port"
-            ) from error
-    with _interrupts_kept_here():
-        made: Any = LocalCluster(
-            n_workers=jobs or LOCAL_WORKERS,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address=None,
-            worker_dashboard_address=None,
-            silence_logs=logging.ERROR,
-        )
-    stack.enter_context(made)
-    return stack.enter_context(Client(made, set_as_default=False))
+    if cluster == "local":
+        with _interrupts_kept_here():
+            made: Any = LocalCluster(
+                n_workers=jobs or LOCAL_WORKERS,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",  # a free port: the usual one may be taken
+                silence_logs=logging.ERROR,
+            )
+        stack.enter_context(made)
+        return stack.enter_context(Client(made, set_as_default=False))
+    no_scheduler = (
+        f"no Dask scheduler answers at {cluster!r}: allowed is 'local' or the address that 'dask scheduler' prints, "
+        "tcp://host:port"
+    )
+    if not re.fullmatch(r"(tcp|tls)://[^/\s]+:[0-9]+", cluster):
+        raise InputError(no_scheduler)
+    try:
+        client = stack.enter_context(Client(cluster, timeout=CONNECT_S, set_as_default=False))
+    except (OSError, ValueError) as error:
+        raise InputError(no_scheduler) from error
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_S)
+    except TimeoutError as error:
+        message = f"the Dask scheduler at {cluster} has no workers: start some with 'dask worker {cluster}'"
+        raise InputError(message) from error
+    return client
 
 
 def _batched(tasks: Iterable[Task], size: int) -> Iterator[tuple[Task, ...]]:
