@@ -5,7 +5,6 @@ Exit codes: 0 ended by Ctrl-C or SIGTERM, 1 the simulated firmware crashed, 2 us
 
 import argparse
 import contextlib
-import math
 import signal
 import sys
 import threading
@@ -13,10 +12,11 @@ from collections.abc import Callable, Iterator, Sequence
 
 from sitl_mock.autopilot import Autopilot
 from sitl_mock.conn import Connection, parse_connection
-from sitl_mock.endpoint import Endpoint, Vehicle
+from sitl_mock.endpoint import Endpoint, EndpointError, Vehicle
 from sitl_mock.faults import Faults, fault_help, parse_faults
 from sitl_mock.firmware import FIRMWARES
 from sitl_mock.network import FaultyNetwork
+from sitl_mock.vehicle import Home
 
 DEFAULT_CONNECTION = "udpin:127.0.0.1:14550"
 
@@ -43,14 +43,10 @@ def _home(text: str) -> tuple[float, float, float]:
         raise argparse.ArgumentTypeError(
             f"home {text!r} must be LAT,LON,ALT, as in 47.3977,8.5456,488"
         ) from None
-    if (
-        not all(math.isfinite(value) for value in (lat_deg, lon_deg, alt_m))
-        or abs(lat_deg) > 90
-        or abs(lon_deg) > 180
-    ):
-        raise argparse.ArgumentTypeError(
-            f"home {text!r} has a latitude beyond 90, a longitude beyond 180 or no number"
-        )
+    try:
+        Home.from_degrees(lat_deg, lon_deg, alt_m)
+    except ValueError as wrong:
+        raise argparse.ArgumentTypeError(str(wrong)) from None
     return lat_deg, lon_deg, alt_m
 
 
@@ -131,9 +127,8 @@ def main(argv: list[str] | None = None) -> int:
     connections: Sequence[Connection] = arguments.conn or [parse_connection(DEFAULT_CONNECTION)]
     try:
         endpoint = Endpoint(vehicle, connections)
-    except OSError as wrong:
-        asked = ", ".join(str(connection) for connection in connections)
-        print(f"sitl_mock: cannot listen on {asked}: {wrong.strerror or wrong}", file=sys.stderr)
+    except EndpointError as wrong:
+        print(f"sitl_mock: {wrong}", file=sys.stderr)
         return 2
     try:
         with contextlib.closing(endpoint), _ended_by_signals():

@@ -66,6 +66,11 @@ def _loiter_time(p: Params) -> Params:
     return (_u16(p[0]), 0.0, -1.0 if p[2] < 0 else 1.0, float(p[3] > 0))
 
 
+def _loiter_to_alt(p: Params) -> Params:
+    radius = _u16(abs(p[1]))
+    return (0.0, -radius if p[1] < 0 else radius, 0.0, float(p[3] > 0))
+
+
 def _land(p: Params) -> Params:
     return (_u16(p[0]), 0.0, 0.0, -1.0 if p[3] < 0 else 1.0)
 
@@ -93,6 +98,7 @@ COMMANDS: dict[int, _Command] = {
     20: _Command(_nothing),  # NAV_RETURN_TO_LAUNCH
     21: _Command(_land, position=True, nan_param4=True),
     22: _Command(_first(_u16), position=True, nan_param4=True),  # NAV_TAKEOFF
+    31: _Command(_loiter_to_alt, position=True),
     82: _Command(_first(_u16), position=True),  # NAV_SPLINE_WAYPOINT
     93: _Command(lambda p: (p[0], _i8(p[1]), _i8(p[2]), _i8(p[3]))),  # NAV_DELAY
     112: _Command(_first(float)),  # CONDITION_DELAY
@@ -104,6 +110,8 @@ COMMANDS: dict[int, _Command] = {
     181: _Command(lambda p: (_u8(p[0]), _u8(p[1]), 0.0, 0.0)),  # DO_SET_RELAY
     183: _Command(lambda p: (_u8(p[0]), _u16(p[1]), 0.0, 0.0)),  # DO_SET_SERVO
     189: _Command(_nothing, position=True),  # DO_LAND_START
+    195: _Command(_nothing, position=True),  # DO_SET_ROI_LOCATION
+    197: _Command(_nothing),  # DO_SET_ROI_NONE
     201: _Command(_first(_u16), position=True),  # DO_SET_ROI
     206: _Command(lambda p: (p[0], 0.0, _u8(p[2]), 0.0)),  # DO_SET_CAM_TRIGG_DIST
     207: _Command(_first(_u16)),  # DO_FENCE_ENABLE

@@ -194,6 +194,8 @@ class ArduPilotMissions:
 
     def next_timer(self) -> float | None:
         """Return when the next request is repeated or an upload given up."""
+        if not self._uploads:
+            return None
         due = [
             min(
                 upload.last_item_s + self._firmware.upload_timeout_s,

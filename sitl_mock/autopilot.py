@@ -132,7 +132,8 @@ class Autopilot:
             due, sender, message = self._inbox.popleft()
             self._handle(sender, message, due)
         if now >= self._next_heartbeat:
-            self._next_heartbeat = max(self._next_heartbeat + HEARTBEAT_PERIOD_S, now)
+            on_time = self._next_heartbeat + HEARTBEAT_PERIOD_S
+            self._next_heartbeat = on_time if on_time > now else now + HEARTBEAT_PERIOD_S
             self._outbox.append((None, self._encoder.encode(self._telemetry.heartbeat())))
         self._reply(self._missions.tick(now), now)
         for link, name in self._schedule.due(now):

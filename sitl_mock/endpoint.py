@@ -23,6 +23,10 @@ MAX_TCP_PEERS = 100
 LONGEST_WAIT_S = 1.0
 
 
+class EndpointError(Exception):
+    """An address cannot be had; the message says which and why."""
+
+
 class Vehicle(Protocol):
     """What an `Autopilot` and a `FaultyNetwork` have in common."""
 
@@ -106,8 +110,8 @@ class Endpoint:
 
     Raises
     ------
-    OSError
-        If an address cannot be listened on.
+    EndpointError
+        If an address cannot be had.
     """
 
     def __init__(self, vehicle: Vehicle, connections: Sequence[Connection]) -> None:
@@ -122,9 +126,10 @@ class Endpoint:
         try:
             for connection in connections:
                 self.bound.append(self._open(connection))
-        except OSError:
+        except OSError as wrong:
             self.close()
-            raise
+            doing = "listen on" if connection.listens else "call"
+            raise EndpointError(f"cannot {doing} {connection}: {wrong.strerror or wrong}") from wrong
 
     def _open(self, connection: Connection) -> Connection:
         if connection.kind in {"udpin", "udpout"}:

@@ -11,8 +11,10 @@ from sitl_mock.px4_items import FENCE_CIRCLES, FENCE_POLYGONS, GLOBAL_INT, RELAT
 from sitl_mock.vehicle import Home
 
 TAKEOFF, LAND = 22, 21
-NOT_FLYABLE = frozenset({112, 114, 183, 400})
+NOT_FLYABLE = frozenset({112, 114, 212, 400, 534})
 """Commands that are stored and then judged unsupported."""
+LOOKED_AT = frozenset({195})
+"""Commands whose place is not flown to."""
 EARTH_RADIUS_M = 6_371_000.0
 
 
@@ -30,7 +32,7 @@ def infeasible_because(
     """
     place_seen = False
     for number, item in enumerate(mission, start=1):
-        has_place = item.frame in {GLOBAL_INT, RELATIVE_INT}
+        has_place = _is_flown_to(item)
         if item.command in NOT_FLYABLE:
             return f"Mission rejected: item {number}: unsupported cmd: {item.command}"
         if item.command == LAND and number == 1:
@@ -43,9 +45,13 @@ def infeasible_because(
                 return "Mission rejected: takeoff not first waypoint item"
         place_seen = place_seen or has_place
     for number, item in enumerate(mission, start=1):
-        if item.frame in {GLOBAL_INT, RELATIVE_INT} and breaks_fence(item.x, item.y, fence):
+        if _is_flown_to(item) and breaks_fence(item.x, item.y, fence):
             return f"Geofence violation for waypoint {number}"
     return None
+
+
+def _is_flown_to(item: StoredItem) -> bool:
+    return item.frame in {GLOBAL_INT, RELATIVE_INT} and item.command not in LOOKED_AT
 
 
 def breaks_fence(lat_e7: int, lon_e7: int, fence: Sequence[StoredItem]) -> bool:

@@ -41,6 +41,8 @@ POSITION_COMMANDS: dict[int, Callable[[Params], Params]] = {
     31: lambda p: (float(p[0] > 0), p[1], 0.0, float(p[3] > 0)),  # NAV_LOITER_TO_ALT
     84: lambda p: (0.0, 0.0, 0.0, _heading_deg(p[3])),  # NAV_VTOL_TAKEOFF
     85: lambda p: (0.0, 0.0, 0.0, _heading_deg(p[3])),  # NAV_VTOL_LAND
+    195: lambda _: (0.0, 0.0, 0.0, 0.0),  # DO_SET_ROI_LOCATION
+    4501: lambda _: (0.0, 0.0, 0.0, 0.0),  # CONDITION_GATE
     5000: lambda _: (0.0, 0.0, 0.0, 0.0),
     5001: lambda p: (_vertices(p[0]), 0.0, 0.0, 0.0),
     5002: lambda p: (_vertices(p[0]), 0.0, 0.0, 0.0),
@@ -51,30 +53,8 @@ POSITION_COMMANDS: dict[int, Callable[[Params], Params]] = {
 """What is kept of the parameters of commands with a position: frames 0, 3, 5 and 6 only."""
 
 BARE_COMMANDS = frozenset(
-    {
-        20,
-        93,
-        112,
-        114,
-        177,
-        178,
-        179,
-        183,
-        189,
-        197,
-        203,
-        205,
-        206,
-        211,
-        214,
-        400,
-        530,
-        2000,
-        2001,
-        2500,
-        2501,
-        3000,
-    }
+    {20, 93, 112, 114, 177, 178, 179, 187, 189, 196, 197, 200, 203, 204, 205, 206, 211, 212, 214, 260, 400}
+    | {530, 532, 534, 1000, 1001, 2000, 2001, 2003, 2500, 2501, 3000, 42600}
 )
 """Commands that must come in frame 2 (MISSION): their seven parameters are kept as they are."""
 

@@ -110,6 +110,7 @@ class Schedule:
     def __init__(self, defaults: Mapping[str, float]) -> None:
         self._defaults = defaults
         self._links: dict[Hashable, dict[str, tuple[float, float]]] = {}
+        self._next: float | None = None
 
     def links(self) -> list[Hashable]:
         """Return the links that have spoken."""
@@ -119,6 +120,7 @@ class Schedule:
         """Start the firmware's own streams on a link that speaks for the first time."""
         if link not in self._links:
             self._links[link] = {name: (now + period, period) for name, period in self._defaults.items()}
+            self._changed()
 
     def set_period(self, link: Hashable, name: str, period_s: float | None, now: float) -> None:
         """Send a message every so often (None: as by default; 0 or less: never)."""
@@ -128,6 +130,7 @@ class Schedule:
             streams[name] = (now, period)
         else:
             streams.pop(name, None)
+        self._changed()
 
     def period(self, link: Hashable, name: str) -> float | None:
         """Return how often a link gets a message, None for never."""
@@ -136,19 +139,26 @@ class Schedule:
 
     def due(self, now: float) -> list[tuple[Hashable, str]]:
         """Return what is to be sent by now, each once however late it is."""
+        if self._next is None or now < self._next:
+            return []
         ready: list[tuple[Hashable, str]] = []
         for link, streams in self._links.items():
             for name, (at, period) in streams.items():
                 if now >= at:
                     streams[name] = (at + period if at + period > now else now + period, period)
                     ready.append((link, name))
+        self._changed()
         return ready
 
     def next_timer(self) -> float | None:
         """Return when the next message is due."""
+        return self._next
+
+    def _changed(self) -> None:
         times = (at for streams in self._links.values() for at, _ in streams.values())
-        return min(times, default=None)
+        self._next = min(times, default=None)
 
     def forget(self, link: Hashable) -> None:
         """Stop all streams of a link that is gone."""
         self._links.pop(link, None)
+        self._changed()

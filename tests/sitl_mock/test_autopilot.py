@@ -288,3 +288,14 @@ def test_frames_survive_any_cutting() -> None:
     whole, bytewise = Splitter(), Splitter()
     assert whole.feed(stream) == frames
     assert [frame for n in range(len(stream)) for frame in bytewise.feed(stream[n : n + 1])] == frames
+
+
+@BOTH
+def test_a_late_tick_sends_one_heartbeat_and_not_all_that_were_missed(firmware: str) -> None:
+    """A process that was stopped for a minute does not flood its peers."""
+    rig = Rig(firmware)
+    rig.now = 60.5
+    rig.vehicle.tick(60.5)
+    rig.vehicle.tick(60.6)
+    assert len(rig.vehicle.to_send()) == 1
+    assert rig.vehicle.next_timer() == 61.5

@@ -18,7 +18,7 @@ firmwares = st.sampled_from(sorted(FIRMWARES))
 kinds = st.sampled_from([0, 0, 0, 1, 2, 255, 7])
 seqs = st.integers(0, 6)
 floats = st.floats(width=32)
-quick = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+quick = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @st.composite
