@@ -1,13 +1,15 @@
 """The download: our list request, the vehicle's count, our requests, its items, our ACK. No I/O; see `transfer`.
 
 One item at a time, each request repeated after a short silence. PX4 ends a download when a request comes out of
-order (a link that reorders can do that) and sends nothing again by itself: the list is asked for anew, from the
-start. It also stays busy until it has our ACK, so every download ends with one.
+order (a link that doubles or reorders can do that) and sends nothing again by itself: the list is asked for anew, from
+the start, and each time more slowly, so that a late copy of a request arrives before the next one is sent. It also
+stays busy until it has our ACK, so every download ends with one.
 """
 
 from dataclasses import dataclass
 from enum import Enum
 
+from mavplan.link.manners import Manners
 from mavplan.link.protocol import (
     Address,
     Message,
@@ -18,14 +20,16 @@ from mavplan.link.protocol import (
     opaque_id,
     received_item,
 )
-from mavplan.link.transfer import Move, Progress, State, Transfer
+from mavplan.link.transfer import Move, Pace, Progress, State, Transfer
 from mavplan.mission.wire import WireItem
 
 LIST_AGAIN_S = 0.5
 BUSY_S = 1.0
-SILENCE_S = 5.5
-"""PX4 has forgotten a download by then."""
+FORGETTING_MARGIN_S = 0.5
 UNSUPPORTED_BELIEVED = 3
+FIRST_SPACING_S = 0.1
+MOST_SPACING_S = 2.0
+"""Pause between an item and the next request, after downloads that the vehicle has ended; doubled each time."""
 
 
 class DownloadEnd(Enum):
@@ -56,29 +60,42 @@ class DownloadOutcome:
 
 
 class Download(Transfer):
-    """Fetch what a vehicle holds of one mission type."""
+    """Fetch what a vehicle holds of one mission type.
+
+    Parameters
+    ----------
+    manners
+        The vehicle's firmware.
+    """
 
     def __init__(
         self,
+        manners: Manners,
         vehicle: Address,
         us: Address,
         mission_type: int = 0,
         *,
         now: float,
         deadline: float,
+        pace: Pace | None = None,
         phase: str = "downloading",
     ) -> None:
-        super().__init__(vehicle, us, mission_type, now=now, deadline=deadline, ask_again_s=LIST_AGAIN_S)
+        super().__init__(
+            vehicle, us, mission_type, now=now, deadline=deadline, ask_again_s=LIST_AGAIN_S, pace=pace
+        )
         self.outcome: DownloadOutcome | None = None
         self.attempts = 0
         self.opaque_id: int | None = None
         """The vehicle's checksum of what it gave."""
         self._phase = phase
+        self._silence_s = manners.forgets_download_after_s + FORGETTING_MARGIN_S
         self._listed = False
         self._count = 0
         self._items: list[WireItem] = []
         self._requests = 0
+        self._sent_at = now
         self._request_at = now
+        self._spacing_s = 0.0
         self._heard_at = now
         self._refusals = 0
         self._begin(now)
@@ -132,22 +149,23 @@ class Download(Transfer):
         if self._count == 0:
             self._complete()
         else:
-            self._request(now)
+            self._next(now)
 
     def _on_item(self, item: WireItem, now: float) -> None:
         if self.state is not State.MOVING or item.seq != len(self._items):
             return
+        if self._requests == 0:  # it answers an earlier request
+            return
         if self._requests == 1:
-            self.pace.saw(now - self._request_at)
+            self.pace.saw(now - self._sent_at)
         self._heard_at = now
         self._refusals = 0
         self._items.append(item)
-        self._requests = 0
         self._note(Progress(self._phase, len(self._items), self._count))
         if len(self._items) == self._count:
             self._complete()
         else:
-            self._request(now)
+            self._next(now)
 
     def _on_ack(self, result: int, now: float) -> None:
         if result in {Result.UNSUPPORTED, Result.NO_SPACE} and self.state is State.ASKING:
@@ -159,22 +177,32 @@ class Download(Transfer):
         if result == Result.ACCEPTED or self.state is State.PAUSED:
             return
         busy = result == Result.DENIED or self.state is State.ASKING
-        self._pause(now, BUSY_S if busy else self.pace.repeat_s)
+        if not busy:
+            self._slow_down()
+        self._pause(now, BUSY_S if busy else max(self._spacing_s, self.pace.repeat_s))
 
-    def _request(self, now: float) -> None:
-        self._requests += 1
-        self._request_at = now
-        self._send(mission_request(self.vehicle, len(self._items), self.mission_type))
+    def _slow_down(self) -> None:
+        self._spacing_s = min(MOST_SPACING_S, max(FIRST_SPACING_S, 2 * self._spacing_s))
+
+    def _next(self, now: float) -> None:
+        """Request the next item as soon as the spacing allows."""
+        self._requests = 0
+        self._request_at = now + self._spacing_s
+        self._on_moving(now)
 
     def _on_moving(self, now: float) -> None:
-        if now >= self._heard_at + SILENCE_S:
+        if now >= self._heard_at + self._silence_s + self._spacing_s:
+            self._slow_down()
             self._move(Move.SILENT)
             self._begin(now)
-        elif now >= self._request_at + self.pace.repeat_s:
-            self._request(now)
+        elif now >= self._request_at:
+            self._requests += 1
+            self._sent_at = now
+            self._request_at = now + self.pace.repeat_s
+            self._send(mission_request(self.vehicle, len(self._items), self.mission_type))
 
     def _moving_timer(self) -> float:
-        return min(self._request_at + self.pace.repeat_s, self._heard_at + SILENCE_S)
+        return min(self._request_at, self._heard_at + self._silence_s + self._spacing_s)
 
     def _complete(self) -> None:
         self._send(mission_ack(self.vehicle, Result.ACCEPTED, self.mission_type))

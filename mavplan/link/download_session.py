@@ -51,7 +51,9 @@ class DownloadSession(Session):
         return refusal(vehicle, self.wanted, "download")
 
     def _found(self, vehicle: Vehicle, now: float) -> None:
-        self._download = Download(vehicle.address, self.us, now=now, deadline=self.deadline)
+        self._download = Download(
+            self.manners, vehicle.address, self.us, now=now, deadline=self.deadline, pace=self._pace
+        )
         self._home_at = now
         self._home_until = now + HOME_PATIENCE_S
         self._on_tick(now)

@@ -1,5 +1,6 @@
 """How each autopilot behaves during a transfer, as far as the client's side must know. Measured; see docs/link.md."""
 
+import math
 from dataclasses import dataclass
 
 from mavplan.mission.model import Autopilot
@@ -13,6 +14,8 @@ class Manners:
     ----------
     forgets_after_s
         An upload in which the vehicle got no good item for this long has ended on its side, perhaps without a word.
+    forgets_download_after_s
+        A download is over on its side after this long without a request; infinite where it serves any item any time.
     atomic
         The old mission stays until the last item is in. Else the count truncates it and every item overwrites it.
     boots_without_space
@@ -23,13 +26,26 @@ class Manners:
     """
 
     forgets_after_s: float
+    forgets_download_after_s: float
     atomic: bool
     boots_without_space: bool
     judges_after_s: float | None
 
 
 MANNERS: dict[Autopilot, Manners] = {
-    "ardupilot": Manners(forgets_after_s=8.0, atomic=False, boots_without_space=True, judges_after_s=None),
+    "ardupilot": Manners(
+        forgets_after_s=8.0,
+        forgets_download_after_s=math.inf,
+        atomic=False,
+        boots_without_space=True,
+        judges_after_s=None,
+    ),
     # 1.3 s at worst, before which MISSION_CURRENT may show the state of the old mission; the rest is for the link.
-    "px4": Manners(forgets_after_s=5.0, atomic=True, boots_without_space=False, judges_after_s=2.0),
+    "px4": Manners(
+        forgets_after_s=5.0,
+        forgets_download_after_s=5.0,
+        atomic=True,
+        boots_without_space=False,
+        judges_after_s=2.0,
+    ),
 }

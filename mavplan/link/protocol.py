@@ -138,6 +138,11 @@ def heartbeat() -> Message:
     )
 
 
+def timesync(stamp_ns: int) -> Message:
+    """Return TIMESYNC: an autopilot sends the stamp back, which times the round trip."""
+    return _made(common.MAVLink_timesync_message(0, stamp_ns))
+
+
 def mission_count(to: Address, count: int, mission_type: int) -> Message:
     """Return MISSION_COUNT: opens an upload."""
     return _made(common.MAVLink_mission_count_message(to.system, to.component, count, mission_type))

@@ -9,8 +9,8 @@ from abc import ABC, abstractmethod
 from mavplan.errors import MavplanError, RefusedError
 from mavplan.link.discovery import Discovery, Vehicle, refusal
 from mavplan.link.manners import MANNERS, Manners
-from mavplan.link.protocol import GROUND, Message, heartbeat
-from mavplan.link.transfer import Progress
+from mavplan.link.protocol import GROUND, Message, heartbeat, timesync
+from mavplan.link.transfer import Pace, Progress
 from mavplan.link.watch import Watch
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.model import Autopilot
@@ -52,6 +52,8 @@ class Session(ABC):
         self._connect_by = min(self.deadline, now + CONNECT_S)
         self._discovery = Discovery(self.us, system, place, now=now, deadline=self._connect_by)
         self._heartbeat_at = now
+        self._pace = Pace()
+        self._stamps: set[int] = set()
         self._outbox: list[Message] = []
         self._notes: list[Progress] = [Progress("connecting")]
         self._watch: Watch | None = None
@@ -67,6 +69,9 @@ class Session(ABC):
         """Take a message of the link, whoever it is from."""
         if self.done:
             return
+        if message.get_type() == "TIMESYNC" and message.ts1 in self._stamps and message.tc1:
+            self._stamps.remove(message.ts1)
+            self._pace.saw(now - message.ts1 / 1e9)
         if self._watch is None:
             self._discovery.receive(message, now)
         else:
@@ -80,7 +85,8 @@ class Session(ABC):
             return
         if now >= self._heartbeat_at:
             self._heartbeat_at = now + HEARTBEAT_S
-            self._outbox.append(heartbeat())
+            self._stamps.add(stamp := int(now * 1e9))
+            self._outbox += [heartbeat(), timesync(stamp)]
         if self._watch is None:
             self._discovery.tick(now)
             self._discovered(now)

@@ -103,27 +103,31 @@ class Progress:
 class Pace:
     """How long to wait before a repeat: 0.25 s, or more where the link's own round trip is longer.
 
-    The least round trip seen counts; those over a repeat of the vehicle's would mislead.
+    Only round trips that are beyond doubt count: of something that was sent once, or of a time stamp that came back.
+    Their mean follows slowly. It is not widened by their deviation, as TCP would: a repeat too many costs less here
+    than waiting on a bad radio.
     """
 
     LEAST_S = 0.25
-    MOST_S = 2.0
+    MOST_S = 3.0
     FIRST_S = 0.5
 
     def __init__(self) -> None:
-        self._round_trip_s: float | None = None
+        self._mean_s: float | None = None
 
     def saw(self, round_trip_s: float) -> None:
         """Take note of a round trip."""
-        if self._round_trip_s is None or round_trip_s < self._round_trip_s:
-            self._round_trip_s = round_trip_s
+        if self._mean_s is None:
+            self._mean_s = round_trip_s
+        else:
+            self._mean_s += (round_trip_s - self._mean_s) / 8
 
     @property
     def repeat_s(self) -> float:
         """Silence after which a message is taken for lost."""
-        if self._round_trip_s is None:
+        if self._mean_s is None:
             return self.FIRST_S
-        return min(self.MOST_S, max(self.LEAST_S, 2 * self._round_trip_s))
+        return min(self.MOST_S, max(self.LEAST_S, 1.25 * self._mean_s + 0.05))
 
 
 class Transfer(ABC):
@@ -138,7 +142,9 @@ class Transfer(ABC):
     deadline
         When it ends at the latest, on the caller's clock, in seconds.
     ask_again_s
-        Silence after which the opening message is sent again.
+        Silence after which the opening message is sent again, if the link is not slower.
+    pace
+        What is known of the link's round trip from an earlier transfer.
     """
 
     def __init__(
@@ -150,13 +156,14 @@ class Transfer(ABC):
         now: float,
         deadline: float,
         ask_again_s: float,
+        pace: Pace | None = None,
     ) -> None:
         self.vehicle = vehicle
         self.us = us
         self.mission_type = int(mission_type)
         self.deadline = deadline
         self.state = State.ASKING
-        self.pace = Pace()
+        self.pace = Pace() if pace is None else pace
         self._ask_again_s = ask_again_s
         self._ask_at = now
         self._resume_at = deadline
@@ -181,7 +188,7 @@ class Transfer(ABC):
             self._move(Move.RESUMED)
             self._begin(now)
         if self.state is State.ASKING and now >= self._ask_at:
-            self._ask_at = now + self._ask_again_s
+            self._ask_at = now + max(self._ask_again_s, self.pace.repeat_s)
             self._ask(now)
         if self.state is State.MOVING:
             self._on_moving(now)

@@ -29,7 +29,7 @@ from mavplan.link.protocol import (
     mission_item,
     opaque_id,
 )
-from mavplan.link.transfer import Move, Progress, State, Transfer
+from mavplan.link.transfer import Move, Pace, Progress, State, Transfer
 from mavplan.mission.wire import WireItem
 
 SAME_ITEM_S = 0.25
@@ -93,8 +93,11 @@ class Upload(Transfer):
         *,
         now: float,
         deadline: float,
+        pace: Pace | None = None,
     ) -> None:
-        super().__init__(vehicle, us, mission_type, now=now, deadline=deadline, ask_again_s=COUNT_AGAIN_S)
+        super().__init__(
+            vehicle, us, mission_type, now=now, deadline=deadline, ask_again_s=COUNT_AGAIN_S, pace=pace
+        )
         self.items = tuple(items)
         self.manners = manners
         self.outcome: UploadOutcome | None = None
@@ -237,9 +240,8 @@ class Upload(Transfer):
         self._count_is_open = False
         self._refused_counts = 0
         self._heard_at = now
-        previous = seq - 1
-        if self._sends.get(previous) == 1 and seq not in self._sent_at:
-            self.pace.saw(now - self._sent_at[previous])
+        if self._sends.get(seq - 1) == 1 and seq not in self._sent_at:
+            self.pace.saw(now - self._sent_at[seq - 1])
         if seq > self.highest_asked:
             self.highest_asked = seq
             self._note(Progress("uploading", seq, len(self.items)))

@@ -108,7 +108,13 @@ class UploadSession(Session):
         self._warnings = problems
         self.items = to_wire(self.mission, self.rules)
         self._upload = Upload(
-            self.items, self.manners, vehicle.address, self.us, now=now, deadline=self.deadline
+            self.items,
+            self.manners,
+            vehicle.address,
+            self.us,
+            now=now,
+            deadline=self.deadline,
+            pace=self._pace,
         )
         self.phase = Phase.UPLOADING
         self._notes.append(Progress("uploading", 0, len(self.items)))
@@ -141,7 +147,9 @@ class UploadSession(Session):
     def _timers(self) -> list[float | None]:
         parts = (self._upload, self._download, self._verdict)
         timers = [part.next_timer() for part in parts if part is not None]
-        waiting = self.phase is Phase.SETTLING and (self._verdict is None or self._verdict.outcome is not None)
+        waiting = self.phase is Phase.SETTLING and (
+            self._verdict is None or self._verdict.outcome is not None
+        )
         return [*timers, self._settled_at() if waiting else None]
 
     def _look_round(self, upload: Upload, now: float) -> None:
@@ -212,7 +220,13 @@ class UploadSession(Session):
         self._read_backs += 1
         until = self.deadline if deadline is None else deadline
         self._download = Download(
-            self.vehicle.address, self.us, now=now, deadline=until, phase="reading back"
+            self.manners,
+            self.vehicle.address,
+            self.us,
+            now=now,
+            deadline=until,
+            pace=self._pace,
+            phase="reading back",
         )
         self._download.tick(now)
 

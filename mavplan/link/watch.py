@@ -56,7 +56,7 @@ class Watch:
         elif kind == "STATUSTEXT":
             self._on_text(message)
         elif kind in _REQUESTS | {"MISSION_ACK"} and not self._is_for_us(message):
-            taken = kind in _REQUESTS or message.type == Result.ACCEPTED
+            taken = kind in _REQUESTS or message.type in {Result.ACCEPTED, Result.DENIED}
             self.foreign_writes += int(taken and message.mission_type == MissionType.MISSION)
 
     def _is_for_us(self, message: Message) -> bool:
