@@ -145,6 +145,8 @@ class Upload(Transfer):
     def tell_space(self, items: int) -> None:
         """Take the number of items the vehicle says it has room for (home included); it comes after the ACK."""
         self._space_told = items
+        if items == 0:  # it is still starting
+            self._refused_counts = 0
         refused = self.state is State.PAUSED and self.put_off_by == Result.NO_SPACE
         if refused and 0 < items < len(self.items):
             self._end(Move.REFUSED, UploadOutcome(UploadEnd.REFUSED, Result.NO_SPACE))
@@ -246,7 +248,8 @@ class Upload(Transfer):
             self.highest_asked = seq
             self._note(Progress("uploading", seq, len(self.items)))
         self._asked = seq
-        self._due = max(now, self._sent_at.get(seq, now - SAME_ITEM_S) + SAME_ITEM_S)
+        sent_at = self._sent_at.get(seq)
+        self._due = now if sent_at is None else max(now, sent_at + SAME_ITEM_S)
         self._on_moving(now)
 
     def _on_ack(self, message: Message, now: float) -> None:

@@ -80,7 +80,7 @@ class Watch:
         self._uptime_s = max(self._uptime_s, uptime_s)
 
     def _on_text(self, message: Message) -> None:
-        text = str(message.text).strip()
+        text = str(message.text).rstrip("\t\r\n")
         if space := _SPACE.search(text):
             self.space = int(space[1])
         if message.severity > WARNING:

@@ -63,7 +63,15 @@ def stored_items(network: FaultyNetwork) -> tuple[WireItem, ...]:
     """What the vehicle would give back, straight from its memory."""
     return tuple(
         WireItem(
-            item.seq, item.frame, item.command, item.current, item.autocontinue, *item.params, item.x, item.y, item.z
+            item.seq,
+            item.frame,
+            item.command,
+            item.current,
+            item.autocontinue,
+            *item.params,
+            item.x,
+            item.y,
+            item.z,
         )
         for item in network.stored(0)
     )
