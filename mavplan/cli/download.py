@@ -47,13 +47,16 @@ def download_command(
     """
     from mavplan.cli.console import say_problems
     from mavplan.formats import format_of, write_mission
-    from mavplan.link.connection import open_connection
+    from mavplan.link.connection import CONNECT_S, open_connection
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import download_mission
 
     endpoint = parse_endpoint(conn)
     format_of(output)
-    with open_connection(endpoint) as connection, link_progress("downloading") as show:
+    with (
+        open_connection(endpoint, min(CONNECT_S, timeout_s)) as connection,
+        link_progress("downloading") as show,
+    ):
         held = download_mission(
             connection,
             deadline_s=timeout_s,

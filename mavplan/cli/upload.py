@@ -63,7 +63,7 @@ def upload_command(
     """
     from mavplan.cli.console import say_problems
     from mavplan.formats.beside import read_known_mission
-    from mavplan.link.connection import open_connection
+    from mavplan.link.connection import CONNECT_S, open_connection
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import upload_mission
 
@@ -71,7 +71,10 @@ def upload_command(
     mission = read_known_mission(file, autopilot)  # type: ignore[arg-type]
     say_problems(mission.warnings)
     try:
-        with open_connection(endpoint) as connection, link_progress("uploading") as show:
+        with (
+            open_connection(endpoint, min(CONNECT_S, timeout_s or CONNECT_S)) as connection,
+            link_progress("uploading") as show,
+        ):
             report = upload_mission(
                 mission,
                 connection,

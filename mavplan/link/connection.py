@@ -48,8 +48,15 @@ class Connection(ABC):
 
 
 @contextlib.contextmanager
-def open_connection(endpoint: Endpoint) -> Iterator[Connection]:
+def open_connection(endpoint: Endpoint, connect_s: float = CONNECT_S) -> Iterator[Connection]:
     """Open a link and close it in the end.
+
+    Parameters
+    ----------
+    endpoint
+        Where.
+    connect_s
+        How long a TCP connection may take to come about.
 
     Raises
     ------
@@ -58,14 +65,14 @@ def open_connection(endpoint: Endpoint) -> Iterator[Connection]:
     InputError
         A serial endpoint without the package pyserial.
     """
-    connection = _opened(endpoint)
+    connection = _opened(endpoint, connect_s)
     try:
         yield connection
     finally:
         connection.close()
 
 
-def _opened(endpoint: Endpoint) -> Connection:
+def _opened(endpoint: Endpoint, connect_s: float) -> Connection:
     try:
         match endpoint.kind:
             case "udpin":
@@ -75,7 +82,7 @@ def _opened(endpoint: Endpoint) -> Connection:
             case "tcpin":
                 return TcpIn(endpoint)
             case "tcpout":
-                return TcpOut(endpoint)
+                return TcpOut(endpoint, connect_s)
             case "serial":
                 return Serial(endpoint)
     except OSError as error:
@@ -224,10 +231,10 @@ class _Stream(Connection):
 class TcpOut(_Stream):
     """Connects; when the connection breaks, connects again once a second."""
 
-    def __init__(self, endpoint: Endpoint) -> None:
+    def __init__(self, endpoint: Endpoint, connect_s: float) -> None:
         super().__init__()
         self._where = (endpoint.host, endpoint.port)
-        self._take(socket.create_connection(self._where, CONNECT_S))
+        self._take(socket.create_connection(self._where, connect_s))
         self._again_at = 0.0
 
     def _drop(self) -> None:
