@@ -1,0 +1,44 @@
+"""``mavplan compare``: one row a planner, beside SBW = 1, and how few stops would do."""
+
+import json
+
+import pytest
+
+
+@pytest.fixture
+def compared(mavplan, gallery):
+    """The object for an example."""
+    ran = mavplan("compare", gallery / "hppp60/scenario.toml", "--clusters", "5", "--json", "-o", "c.png")
+    assert ran.code == 0, ran.err
+    return json.loads(ran.out)
+
+
+def test_the_benchmark_is_one_and_every_index_is_that_of_its_ratios(compared):
+    rows = {row["planner"]: row for row in compared["planners"]}
+    assert set(rows) == {"tloaik", "stoaik", "boaik", "sbw"}
+    assert rows["sbw"]["length_ratio"] == rows["sbw"]["sum_rate_ratio"] == rows["sbw"]["joint_index"] == 1.0
+    for row in rows.values():
+        assert row["joint_index"] == pytest.approx(row["sum_rate_ratio"] / row["length_ratio"])
+    assert rows["tloaik"]["length_m"] < rows["sbw"]["length_m"]
+    assert rows["stoaik"]["d2d_users"] == rows["sbw"]["d2d_users"] == 0
+
+
+def test_no_planner_uses_fewer_stops_than_are_proved_to_be_needed(compared):
+    for row in compared["planners"]:
+        least = compared["least_stops_with_d2d" if row["d2d_users"] else "least_stops"]
+        assert row["stops"] >= least["bound"]
+    assert compared["least_stops_with_d2d"]["bound"] <= compared["least_stops"]["size"]
+
+
+def test_the_table_and_the_picture_are_for_people(mavplan, gallery, tmp_path):
+    ran = mavplan("compare", gallery / "valley/scenario.toml", "-o", "valley.png")
+    assert ran.code == 0, ran.err
+    for word in ("TLOAIK", "STOAIK", "BOAIK", "SBW", "fewest stops"):
+        assert word in ran.out
+    assert (tmp_path / "valley.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_of_no_known_format_is_refused_before_any_planning(mavplan, gallery):
+    ran = mavplan("compare", gallery / "valley/scenario.toml", "-o", "valley.bmp")
+    assert ran.code == 2
+    assert ".bmp" in ran.err
