@@ -41,7 +41,7 @@ class Run:
     """How a session went."""
 
     session: Session
-    network: FaultyNetwork
+    network: "Radio"
     ended_s: float
     sent: list[tuple[float, bytes]]
 
@@ -77,20 +77,26 @@ def stored_items(network: FaultyNetwork) -> tuple[WireItem, ...]:
     )
 
 
-def make_network(firmware: str, faults: str = "", seed: int = 0, **options: object) -> FaultyNetwork:
+class Radio(FaultyNetwork):
+    """A vehicle behind a bad radio, with the time of the world they are in."""
+
+    clock_s = 100.0
+
+
+def make_network(firmware: str, faults: str = "", seed: int = 0, **options: object) -> Radio:
     """A vehicle with home, behind a radio with these faults."""
-    home = (HOME.lat_deg, HOME.lon_deg, HOME.alt_amsl_m) if hasattr(HOME, "lat_deg") else (37.4, -122.1, 10.0)
+    home = (HOME.lat_e7 / 1e7, HOME.lon_e7 / 1e7, HOME.alt_amsl_m)
     vehicle = Autopilot(FIRMWARES[firmware], **{"home": home, **options})
-    return FaultyNetwork(vehicle, parse_faults(faults), seed)
+    return Radio(vehicle, parse_faults(faults), seed)
 
 
-def run(session: Session, network: FaultyNetwork, *, start_s: float = 100.0, limit_s: float = 2_000.0) -> Run:
+def run(session: Session, network: Radio, *, limit_s: float = 2_000.0) -> Run:
     """Let a session and a vehicle talk on one virtual clock until the session is done.
 
-    The session must have been made with ``now=start_s``.
+    The session must have been made with ``now=network.clock_s``.
     """
     codec = Codec()
-    now = start_s
+    now = start_s = session.started_at
     sent: list[tuple[float, bytes]] = []
     while True:
         session.tick(now)
@@ -108,29 +114,25 @@ def run(session: Session, network: FaultyNetwork, *, start_s: float = 100.0, lim
                 frame = codec.encode(message)
                 sent.append((now, frame))
                 network.receive(frame, LINK, now)
+            network.clock_s = now
             return Run(session, network, now - start_s, sent)
         if arrived:
             continue
-        timers = [timer for timer in (session.next_timer(), network.next_timer()) if timer is not None]
-        ahead = min(timers)
-        # 1 µs keeps rounding from standing still
-        now = max(ahead, now + 1e-6)
+        ahead = min(timer for timer in (session.next_timer(), network.next_timer()) if timer is not None)
+        now = max(ahead, now + 1e-6)  # 1 µs keeps rounding from standing still
         assert now - start_s < limit_s, "the session outlived every deadline"
 
 
-def settle(run_: Run, seconds: float = 20.0, start_s: float = 100.0) -> None:
+def settle(network: Radio, seconds: float = 20.0) -> None:
     """Let everything that is still on its way arrive at the vehicle."""
-    now = start_s + run_.ended_s
-    until = now + seconds
-    while now < until:
-        run_.network.tick(now)
-        run_.network.to_send()
-        timer = run_.network.next_timer()
-        now = until if timer is None else max(timer, now + 1e-6)
+    until = network.clock_s + seconds
+    while network.clock_s < until:
+        network.tick(network.clock_s)
+        network.to_send()
+        timer = network.next_timer()
+        network.clock_s = until if timer is None else max(timer, network.clock_s + 1e-6)
 
 
-def upload(
-    mission: Mission, network: FaultyNetwork, *, deadline_s: float = 300.0, system: int | None = None
-) -> Run:
+def upload(mission: Mission, network: Radio, *, deadline_s: float = 300.0, system: int | None = None) -> Run:
     """Upload a mission."""
-    return run(UploadSession(mission, now=100.0, deadline_s=deadline_s, system=system), network)
+    return run(UploadSession(mission, now=network.clock_s, deadline_s=deadline_s, system=system), network)

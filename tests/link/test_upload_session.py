@@ -13,9 +13,6 @@ from mavplan.link.transfer import Progress
 from mavplan.link.upload_session import UploadSession
 from mavplan.link.verdict import Judgement
 from mavplan.mission.model import Command, Frame, MissionItem
-from sitl_mock.autopilot import Autopilot
-from sitl_mock.firmware import FIRMWARES
-from sitl_mock.network import FaultyNetwork
 from tests.link.harness import make_mission, make_network, run, settle, upload
 
 BOTH = pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
@@ -154,10 +151,7 @@ def test_px4_stores_but_judges_infeasible_is_refused_after_the_read_back():
     mission = make_mission("px4", 1)
     takeoff = dataclasses.replace(mission.items[0], frame=int(Frame.GLOBAL), alt_m=20.0)
     mission = dataclasses.replace(mission, items=(takeoff, *mission.items[1:]))
-    high_home = FaultyNetwork(
-        Autopilot(FIRMWARES["px4"], home=(37.4, -122.1, 500.0)), make_network("px4").faults
-    )
-    result = upload(mission, high_home)
+    result = upload(mission, make_network("px4", home=(37.4, -122.1, 500.0)))
     assert isinstance(result.error, RefusedError)
     assert "judges the mission not flyable" in str(result.error)
     assert result.holds(mission)
@@ -221,7 +215,8 @@ def test_an_armed_vehicle_is_not_written_to_unless_allowed():
     result = upload(mission, network)
     assert isinstance(result.error, RefusedError)
     assert "armed" in str(result.error)
-    assert run(UploadSession(mission, now=100.0, deadline_s=60.0, allow_armed=True), network).verified
+    session = UploadSession(mission, now=network.clock_s, deadline_s=60.0, allow_armed=True)
+    assert run(session, network).verified
 
 
 def test_the_second_of_two_vehicles_is_taken_when_chosen():
@@ -247,7 +242,7 @@ def test_a_count_of_ours_that_comes_late_does_not_leave_a_truncated_mission_call
 
     network.receive = receive
     result = run(session, network)
-    settle(result)
+    settle(network)
     assert result.verified
     assert result.holds(mission)
 
