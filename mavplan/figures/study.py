@@ -1,7 +1,8 @@
 """Pictures of a study: its figures over λ, after the paper's figures 8 and 9, and over whatever else was varied.
 
 Assumed, as our copy of the paper has lost its pictures: figure 8 shows trajectory length and sum throughput over λ,
-both normalised by SBW's; figure 9 shows the joint evaluation index ρ_e over λ.
+both normalised by SBW's; figure 9 shows the joint evaluation index ρ_e over λ. Ours adds how far each planner's ρ_e
+lies above the next one's, with the far narrower interval of a paired difference.
 """
 
 import io
@@ -41,6 +42,9 @@ QUANTITY_LABELS = {
 }
 """Estimates of a `Line`, and what stands beside the axis."""
 
+DIFFERENCES = "differences"
+"""The panel of `draw_differences`."""
+
 REGIME = {
     "mean_users": regime.MEAN_USERS[len(regime.MEAN_USERS) // 2],
     "clusters": regime.CLUSTERS,
@@ -63,34 +67,64 @@ def draw_curves(ax: "Axes", lines: Sequence[Line], axis: str, quantity: str) -> 
     quantity
         One of `QUANTITY_LABELS`.
     """
-    names = list(dict.fromkeys(line.planner for line in lines))
-    for number, name in enumerate(names):
-        other = OTHER_COLOURS[number % len(OTHER_COLOURS)], OTHER_MARKERS[number % len(OTHER_MARKERS)]
-        colour, marker = STYLES.get(name, other)
-        points: list[tuple[float, Interval]] = [
-            (getattr(line, axis), getattr(line, quantity))
-            for line in lines
-            if line.planner == name and getattr(line, quantity) is not None
-        ]
-        places = [place for place, _ in points]
-        ax.plot(
-            places, [found.value for _, found in points], color=colour, marker=marker, markersize=5,
-            linewidth=1.4, label=name.upper(),
-        )  # fmt: skip
-        ends = [
-            (place, found.low, found.high)
-            for place, found in points
-            if found.low is not None and found.high is not None
-        ]
-        if len(ends) == 1:  # a band over one place has no width
-            place, low, high = ends[0]
-            ax.vlines(place, low, high, color=colour, linewidth=4, alpha=0.25)
-        elif ends:
-            where, low_ends, high_ends = zip(*ends, strict=True)
-            ax.fill_between(where, low_ends, high_ends, color=colour, alpha=0.18, linewidth=0)
+    for name, own in _by_planner(lines).items():
+        _draw_curve(ax, name, name.upper(), [(getattr(line, axis), getattr(line, quantity)) for line in own])
+    return _label(ax, lines, axis, QUANTITY_LABELS[quantity])
+
+
+def draw_differences(ax: "Axes", lines: Sequence[Line], axis: str) -> "Axes":
+    """Draw how far each planner's ρ_e lies above that of the next in the published order, on the same draws.
+
+    Above zero the two stand in the published order. The difference to SBW, far above all, is left out.
+    """
+    for name, own in _by_planner(lines).items():
+        less = own[0].less
+        if less is not None and less != regime.BENCHMARK:
+            points = [(getattr(line, axis), line.rho_e_difference) for line in own]
+            _draw_curve(ax, name, f"{name.upper()} − {less.upper()}", points)
+    ax.axhline(0.0, color="0.3", linewidth=0.9, linestyle="--", zorder=1)
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(frameon=False, fontsize=8)
+    return _label(ax, lines, axis, "paired difference of ρ_e")
+
+
+def _by_planner(lines: Sequence[Line]) -> dict[str, list[Line]]:
+    """Return the lines of each planner."""
+    found: dict[str, list[Line]] = {}
+    for line in lines:
+        found.setdefault(line.planner, []).append(line)
+    return found
+
+
+def _draw_curve(
+    ax: "Axes", planner: str, label: str, points: Sequence[tuple[float, Interval | None]]
+) -> None:
+    """Draw estimates in their planner's style, and their intervals as a band."""
+    number = len(ax.get_lines())
+    other = OTHER_COLOURS[number % len(OTHER_COLOURS)], OTHER_MARKERS[number % len(OTHER_MARKERS)]
+    colour, marker = STYLES.get(planner, other)
+    known = [(place, found) for place, found in points if found is not None]
+    ax.plot(
+        [place for place, _ in known], [found.value for _, found in known], color=colour, marker=marker,
+        markersize=5, linewidth=1.4, label=label,
+    )  # fmt: skip
+    ends = [
+        (place, found.low, found.high)
+        for place, found in known
+        if found.low is not None and found.high is not None
+    ]
+    if len(ends) == 1:  # a band over one place has no width
+        place, low, high = ends[0]
+        ax.vlines(place, low, high, color=colour, linewidth=4, alpha=0.25)
+    elif ends:
+        where, low_ends, high_ends = zip(*ends, strict=True)
+        ax.fill_between(where, low_ends, high_ends, color=colour, alpha=0.18, linewidth=0)
+
+
+def _label(ax: "Axes", lines: Sequence[Line], axis: str, quantity_label: str) -> "Axes":
     ax.set_xticks(sorted({getattr(line, axis) for line in lines}))
     ax.set_xlabel(AXIS_LABELS[axis])
-    ax.set_ylabel(QUANTITY_LABELS[quantity])
+    ax.set_ylabel(quantity_label)
     ax.grid(color="0.9", linewidth=0.6)
     ax.set_axisbelow(True)
     return ax
@@ -126,7 +160,7 @@ def render_study(lines: Sequence[Line], settings: Settings, file_format: str) ->
     """
     wanted: dict[str, tuple[str, tuple[str, ...]]] = {
         "figure-8": ("mean_users", ("length", "sum_rate")),
-        "figure-9": ("mean_users", ("rho_e",)),
+        "figure-9": ("mean_users", ("rho_e", DIFFERENCES)),
     }
     for axis, name in (
         ("snr_threshold_db", "threshold"),
@@ -134,7 +168,7 @@ def render_study(lines: Sequence[Line], settings: Settings, file_format: str) ->
         ("altitude_m", "altitude"),
     ):
         if len(getattr(settings, axis)) > 1:
-            wanted[f"sweep-{name}"] = (axis, tuple(QUANTITY_LABELS))
+            wanted[f"sweep-{name}"] = (axis, (*QUANTITY_LABELS, DIFFERENCES))
     return {
         f"{name}.{file_format}": _render(slice_of(lines, axis), axis, quantities, settings, file_format)
         for name, (axis, quantities) in wanted.items()
@@ -157,10 +191,14 @@ def _render(
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(4.4 * len(quantities) + 0.4, 4.2), layout="constrained")
-    panels = figure.subplots(1, len(quantities), squeeze=False)[0]
+    rows = len(quantities) // 2  # two panels side by side
+    figure = Figure(figsize=(9.2, 3.6 * rows + 0.8), layout="constrained")
+    panels = figure.subplots(rows, 2).ravel()
     for ax, quantity in zip(panels, quantities, strict=True):
-        draw_curves(ax, lines, axis, quantity)
+        if quantity == DIFFERENCES:
+            draw_differences(ax, lines, axis)
+        else:
+            draw_curves(ax, lines, axis, quantity)
     figure.suptitle(_title(lines, axis, settings), fontsize=9)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=8)

@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -11,7 +12,7 @@ from mavplan.errors import InputError, Problem
 from mavplan.planners import PLANNERS
 from mavplan.radio import coverage_radius_m, highest_altitude_m
 from mavplan.scenario.reference import keys_of
-from mavplan.scenario.report import figure, listed
+from mavplan.scenario.report import figure, listed, shown
 from mavplan.study import regime
 from mavplan.study.cases import Case, Generator
 from mavplan.study.regime import Held, radio_of
@@ -22,6 +23,8 @@ AXES = ("mean_users", "clusters", "altitude_m", "snr_threshold_db", "planners", 
 MOST_USERS = 100_000.0
 MOST_SEED = 2**63 - 1
 MOST_SEEDS = 10_000_000
+
+_NUMBER = r"\s*([0-9]{1,19})\s*"
 
 
 @dataclass(frozen=True)
@@ -198,17 +201,15 @@ def seeds_of(text: str) -> tuple[int, ...]:
         It is neither; the message says what is allowed.
     """
     allowed = "allowed is a number of seeds (300) or ranges of them (0-99,200-299)"
-    if text.strip().isdecimal():
-        parts = [(0, int(text) - 1)]
+    if number := re.fullmatch(_NUMBER, text):
+        parts = [(0, int(number[1]) - 1)]
     else:
-        parts = []
-        for part in text.split(","):
-            first, dash, last = (piece.strip() for piece in part.partition("-"))
-            if not (dash and first.isdecimal() and last.isdecimal()):
-                raise ValueError(f"found {text!r}; {allowed}")
-            parts.append((int(first), int(last)))
+        found = [re.fullmatch(f"{_NUMBER}-{_NUMBER}", part) for part in text.split(",")]
+        parts = [(int(part[1]), int(part[2])) for part in found if part is not None]
+        if len(parts) < len(found):
+            raise ValueError(f"found {shown(text)}; {allowed}")
     if any(first > last for first, last in parts):
-        raise ValueError(f"found {text!r}, which holds no seed; {allowed}")
+        raise ValueError(f"found {shown(text)}, which holds no seed; {allowed}")
     if sum(last - first + 1 for first, last in parts) > MOST_SEEDS:
-        raise ValueError(f"found {text!r}, more than {MOST_SEEDS:,} seeds; {allowed}")
+        raise ValueError(f"found {shown(text)}, more than {MOST_SEEDS:,} seeds; {allowed}")
     return tuple(sorted({seed for first, last in parts for seed in range(first, last + 1)}))
