@@ -56,12 +56,15 @@ class Verdict:
         """Take a message of the link."""
         if message.get_type() != "MISSION_CURRENT" or sender(message) != self._vehicle:
             return
-        if self.outcome is not None or now < self._not_before:
+        if self.outcome is not None:
             return
-        said = opaque_id(message)
         if message.mission_state == MISSION_STATE_UNKNOWN:  # a firmware from before the field
             self.outcome = Judgement.UNKNOWN
-        elif message.total != self._count or (said and self._mission_id and said != self._mission_id):
+            return
+        if now < self._not_before:
+            return
+        said = opaque_id(message)
+        if message.total != self._count or (said and self._mission_id and said != self._mission_id):
             self.other_mission = True
         elif message.mission_state == MISSION_STATE_NO_MISSION:
             self.outcome = Judgement.INFEASIBLE

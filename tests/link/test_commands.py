@@ -127,7 +127,7 @@ def test_the_vehicle_is_killed_in_mid_upload_and_it_ends_in_time_uncertain_in_on
                 "--conn",
                 f"udpout:127.0.0.1:{relay.port}",
                 "--timeout",
-                6,
+                4,
                 folder=tmp_path,
             )
             lasted_s = time.monotonic() - start
