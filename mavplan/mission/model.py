@@ -10,6 +10,7 @@ from enum import IntEnum
 from typing import Literal
 
 from mavplan.errors import Problem
+from mavplan.mission.geofence import Fence, RallyPoint
 
 Autopilot = Literal["ardupilot", "px4"]
 
@@ -28,6 +29,17 @@ class Command(IntEnum):
     NAV_DELAY = 93
     DO_JUMP = 177
     DO_CHANGE_SPEED = 178
+
+
+class ListCommand(IntEnum):
+    """The MAV_CMD values of the other two lists a vehicle holds: its fence and its rally points."""
+
+    NAV_FENCE_RETURN_POINT = 5000
+    NAV_FENCE_POLYGON_VERTEX_INCLUSION = 5001
+    NAV_FENCE_POLYGON_VERTEX_EXCLUSION = 5002
+    NAV_FENCE_CIRCLE_INCLUSION = 5003
+    NAV_FENCE_CIRCLE_EXCLUSION = 5004
+    NAV_RALLY_POINT = 5100
 
 
 class Frame(IntEnum):
@@ -97,11 +109,11 @@ class HomePosition:
 
 @dataclass(frozen=True, slots=True)
 class Mission:
-    """A whole mission without home among its items.
+    """A whole mission without home among its items, with the fence and the rally points that go with it.
 
     ``autopilot`` is None where the file did not say (a ``.waypoints`` without its plan). DO_JUMP targets count
-    from 0 over ``items``. Speeds are what a ground station shows; the vehicle obeys the items. ``warnings`` is what
-    a reader left out or could not tell, for instance a fence; it takes no part in comparisons.
+    from 0 over ``items``. Speeds are what a ground station shows; the vehicle obeys the items. ``fence`` is None where
+    there is no area. ``warnings`` is what a reader left out or could not tell; it takes no part in comparisons.
     """
 
     items: tuple[MissionItem, ...]
@@ -110,4 +122,6 @@ class Mission:
     mav_type: int = 2
     cruise_speed_m_s: float = 10.0
     hover_speed_m_s: float = 10.0
+    fence: Fence | None = None
+    rally: tuple[RallyPoint, ...] = ()
     warnings: tuple[Problem, ...] = field(default=(), compare=False)

@@ -1,8 +1,9 @@
 """What a vehicle gives back compared with what it was sent: `differences`, under a table of what each autopilot keeps.
 
 Anything that is not an allowed replacement of the table is a difference. Measured on ArduCopter 4.7.0-dev and PX4
-of August 2025. Not compared: home (item 0 on ArduPilot, which keeps its own) and the ``current`` flag, which shows
-where the vehicle is in its mission.
+of August 2025. Each of a vehicle's three lists (mission, fence, rally points) has a table of its own. Not compared:
+home (item 0 of a mission on ArduPilot, which keeps its own) and the ``current`` flag, which shows where the vehicle is
+in its mission.
 """
 
 import math
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from mavplan.mission.autopilots import AutopilotRules
-from mavplan.mission.model import POSITION_COMMANDS, Autopilot, Command, Frame
+from mavplan.mission.model import POSITION_COMMANDS, Autopilot, Command, Frame, ListCommand
 from mavplan.mission.sendable import command_name
 from mavplan.mission.wire import KNOWN_COMMANDS, WireItem, plain_frame
 
@@ -43,13 +44,19 @@ class Keeps:
     bare_frames
         Frames in which an item without a position may come back.
     autocontinue
-        Whether the flag is kept (else it reads 1).
+        How the flag reads; None: as it was sent.
+    frame
+        The frame in which every position reads; None: the one that was sent, in either spelling.
+    altitude
+        Whether altitudes are kept (else they read 0).
     """
 
     params: dict[int, tuple[Kept, Kept, Kept, Kept]]
     alt_tolerance_m: float
     bare_frames: frozenset[int]
-    autocontinue: bool
+    autocontinue: int | None
+    frame: int | None = None
+    altitude: bool = True
 
 
 _EXACT, _ZERO = Kept.EXACT, Kept.ZERO
@@ -69,7 +76,7 @@ KEEPS: dict[Autopilot, Keeps] = {
         },
         alt_tolerance_m=0.01,
         bare_frames=frozenset({Frame.GLOBAL, Frame.MISSION}),
-        autocontinue=False,
+        autocontinue=1,
     ),
     "px4": Keeps(
         params={
@@ -82,9 +89,38 @@ KEEPS: dict[Autopilot, Keeps] = {
         },
         alt_tolerance_m=0.0,
         bare_frames=frozenset({Frame.MISSION}),
-        autocontinue=True,
+        autocontinue=None,
     ),
 }
+"""Of a mission's items (mission type 0)."""
+
+_FIRST_ONLY = (_EXACT, _ZERO, _ZERO, _ZERO)
+_FENCE_PARAMS: dict[int, tuple[Kept, Kept, Kept, Kept]] = {
+    ListCommand.NAV_FENCE_RETURN_POINT: (_ZERO, _ZERO, _ZERO, _ZERO),
+    ListCommand.NAV_FENCE_POLYGON_VERTEX_INCLUSION: _FIRST_ONLY,
+    ListCommand.NAV_FENCE_POLYGON_VERTEX_EXCLUSION: _FIRST_ONLY,
+    ListCommand.NAV_FENCE_CIRCLE_INCLUSION: _FIRST_ONLY,
+    ListCommand.NAV_FENCE_CIRCLE_EXCLUSION: _FIRST_ONLY,
+}
+_RALLY_PARAMS: dict[int, tuple[Kept, Kept, Kept, Kept]] = {
+    ListCommand.NAV_RALLY_POINT: (_ZERO, _ZERO, _ZERO, _ZERO)
+}
+
+KEEPS_FENCE: dict[Autopilot, Keeps] = {
+    "ardupilot": Keeps(_FENCE_PARAMS, 0.0, frozenset(), autocontinue=0, frame=Frame.GLOBAL, altitude=False),
+    "px4": Keeps(_FENCE_PARAMS, 0.0, frozenset(), autocontinue=0, frame=Frame.GLOBAL_INT, altitude=False),
+}
+"""Of a fence's items (mission type 1)."""
+
+KEEPS_RALLY: dict[Autopilot, Keeps] = {
+    # ArduPilot cuts altitudes to whole metres; no others are sent, so they come back as they were.
+    "ardupilot": Keeps(_RALLY_PARAMS, 0.0, frozenset(), autocontinue=0),
+    "px4": Keeps(_RALLY_PARAMS, 0.0, frozenset(), autocontinue=None),
+}
+"""Of rally points (mission type 2)."""
+
+KEEPS_OF_TYPE = {0: KEEPS, 1: KEEPS_FENCE, 2: KEEPS_RALLY}
+"""By MAV_MISSION_TYPE."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,18 +151,20 @@ class Difference:
 
 
 def differences(
-    sent: Sequence[WireItem], received: Sequence[WireItem], rules: AutopilotRules
+    sent: Sequence[WireItem], received: Sequence[WireItem], rules: AutopilotRules, mission_type: int = 0
 ) -> list[Difference]:
     """Compare a read-back with what was sent.
 
     Parameters
     ----------
     sent
-        The items of the upload, as `mavplan.mission.wire.to_wire` made them.
+        The items of the upload, as `mavplan.mission.wire.to_wire` or one of `mavplan.mission.fence_wire` made them.
     received
         The items that the vehicle gave back, in order.
     rules
         The vehicle's firmware.
+    mission_type
+        MAV_MISSION_TYPE of the list: 0 mission, 1 fence, 2 rally points.
 
     Returns
     -------
@@ -138,14 +176,13 @@ def differences(
         words = f"{len(sent)} items were sent, {len(received)} are stored"
         found.append(Difference(None, "count", len(sent), len(received), words))
     for ours, theirs in zip(sent, received, strict=False):
-        if rules.home_on_wire and ours.seq == 0:
+        if mission_type == 0 and rules.home_on_wire and ours.seq == 0:
             continue
-        found += _item_differences(ours, theirs, rules)
+        found += _item_differences(ours, theirs, KEEPS_OF_TYPE[mission_type][rules.name])
     return found
 
 
-def _item_differences(ours: WireItem, theirs: WireItem, rules: AutopilotRules) -> list[Difference]:
-    keeps = KEEPS[rules.name]
+def _item_differences(ours: WireItem, theirs: WireItem, keeps: Keeps) -> list[Difference]:
     if ours.seq != theirs.seq:
         return [_difference(ours, "seq", ours.seq, theirs.seq)]
     if ours.command != theirs.command:
@@ -154,7 +191,7 @@ def _item_differences(ours: WireItem, theirs: WireItem, rules: AutopilotRules) -
     found: list[Difference] = []
     if not _frame_is_kept(ours, theirs, keeps):
         found.append(_difference(ours, "frame", ours.frame, theirs.frame))
-    if theirs.autocontinue != (ours.autocontinue if keeps.autocontinue else 1):
+    if theirs.autocontinue != (ours.autocontinue if keeps.autocontinue is None else keeps.autocontinue):
         found.append(_difference(ours, "autocontinue", ours.autocontinue, theirs.autocontinue))
     exact = (_EXACT, _EXACT, _EXACT, _EXACT)
     kinds = keeps.params.get(ours.command, exact)
@@ -166,7 +203,7 @@ def _item_differences(ours: WireItem, theirs: WireItem, rules: AutopilotRules) -
     for field, here, there in (("x", ours.x, theirs.x), ("y", ours.y, theirs.y)):
         if abs(here - there) > LAT_LON_TOLERANCE_E7:
             found.append(_difference(ours, field, here, there))
-    if not _altitude_is_kept(ours.z, theirs.z, keeps.alt_tolerance_m):
+    if not _altitude_is_kept(ours.z if keeps.altitude else 0.0, theirs.z, keeps.alt_tolerance_m):
         found.append(_difference(ours, "z", ours.z, theirs.z))
     return found
 
@@ -174,6 +211,8 @@ def _item_differences(ours: WireItem, theirs: WireItem, rules: AutopilotRules) -
 def _frame_is_kept(ours: WireItem, theirs: WireItem, keeps: Keeps) -> bool:
     if ours.command in KNOWN_COMMANDS - POSITION_COMMANDS:
         return theirs.frame in keeps.bare_frames
+    if keeps.frame is not None:
+        return theirs.frame == keeps.frame
     return plain_frame(ours.frame) == plain_frame(theirs.frame)
 
 
@@ -218,12 +257,20 @@ FIELD_WORDS = {
     "y": "longitude (1e-7 degrees)",
     "z": "altitude (m)",
 }
+LIST_PARAM1: dict[int, str] = {
+    ListCommand.NAV_FENCE_POLYGON_VERTEX_INCLUSION: "number of vertices",
+    ListCommand.NAV_FENCE_POLYGON_VERTEX_EXCLUSION: "number of vertices",
+    ListCommand.NAV_FENCE_CIRCLE_INCLUSION: "radius (m)",
+    ListCommand.NAV_FENCE_CIRCLE_EXCLUSION: "radius (m)",
+}
 
 
 def _difference(item: WireItem, field: str, sent: float, stored: float) -> Difference:
     name = FIELD_WORDS.get(field, field)
     if field == "param1" and item.command in {Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME}:
         name = "hold (s)"
+    elif field == "param1":
+        name = LIST_PARAM1.get(item.command, field)
     words = (
         f"item {item.seq} ({command_name(item.command)}): {name} {sent:.9g} was sent, {stored:.9g} is stored"
     )

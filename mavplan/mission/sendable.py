@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from mavplan.errors import Problem
 from mavplan.mission.autopilots import AutopilotRules
-from mavplan.mission.model import Command, Frame, Mission, MissionItem
+from mavplan.mission.model import Command, Frame, ListCommand, Mission, MissionItem
 
 UNUSED_PARAMS: dict[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset(),
@@ -77,10 +77,10 @@ def item_name(item: MissionItem, index: int, rules: AutopilotRules) -> str:
 
 def command_name(command: int) -> str:
     """Return the MAV_CMD's name without its prefix, or ``command 112``."""
-    try:
-        return Command(command).name
-    except ValueError:
-        return f"command {command}"
+    for known in (Command, ListCommand):
+        if command in known.__members__.values():
+            return known(command).name
+    return f"command {command}"
 
 
 def _home_problems(mission: Mission) -> Iterator[Problem]:
