@@ -6,14 +6,17 @@ to, each batch flushed to disk. What a kill tore off is cut away when the folder
 
 import dataclasses
 import fcntl
+import hashlib
 import json
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import mavplan
 from mavplan.errors import InputError, Problem
 from mavplan.formats.atomic import atomic_write
 from mavplan.study.cases import Case, Row
@@ -29,6 +32,16 @@ Key = tuple[Case, str]
 
 _CASE_FIELDS = tuple(field.name for field in dataclasses.fields(Case))
 _ROW_FIELDS = tuple(field.name for field in dataclasses.fields(Row) if field.name != "case")
+COUNTING_CODE = (
+    "planners/*.py",
+    "radio.py",
+    "hppp.py",
+    "scenario/sections.py",
+    "study/cases.py",
+    "study/regime.py",
+)
+"""Modules whose change can change a number."""
+
 COLUMNS = (*_CASE_FIELDS, *_ROW_FIELDS)
 """Names of a row's values, in the order of a line."""
 
@@ -39,9 +52,18 @@ def row_values(row: Row) -> dict[str, Any]:
     return values | {name: getattr(row, name) for name in _ROW_FIELDS}
 
 
+@cache
 def versions() -> dict[str, str]:
-    """Return the versions of what the numbers of a study depend on."""
-    return {name: version(name) for name in ("mavplan", "numpy", "scipy", "scikit-learn")}
+    """Return the versions of what the numbers of a study depend on; of mavplan also a digest of the code that counts.
+
+    Two states of the code can bear one version number, on a developer's machine or on a worker of a cluster.
+    """
+    package = Path(mavplan.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(path for pattern in COUNTING_CODE for path in package.glob(pattern)):
+        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    found = {name: version(name) for name in ("mavplan", "numpy", "scipy", "scikit-learn")}
+    return found | {"code": digest.hexdigest()[:16]}
 
 
 class Store:
@@ -152,6 +174,12 @@ def _settle(folder: Path, settings: Settings, *, begun: bool) -> tuple[Problem, 
         if rest["stand_ins"] != stand_ins():
             message = "its regime has other numbers than this version of mavplan; choose another folder"
             problems.append(Problem("stand_ins", message, "other-study"))
+        if rest["versions"].get("code") != made_with["code"]:
+            message = (
+                f"its rows are of another state of mavplan {rest['versions'].get('mavplan', '?')}, whose planners may "
+                "give other numbers; choose another folder"
+            )
+            problems.append(Problem("versions", message, "other-code"))
         if problems:
             raise InputError([dataclasses.replace(p, where=f"{path}, {p.where}") for p in problems])
         if rest["versions"] != made_with:

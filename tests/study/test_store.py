@@ -3,16 +3,18 @@
 import dataclasses
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import mavplan
 from mavplan.errors import InputError
 from mavplan.study.engine import run_study
 from mavplan.study.outputs import write_outputs
 from mavplan.study.settings import Settings
-from mavplan.study.store import open_store, read_settings
+from mavplan.study.store import COUNTING_CODE, open_store, read_settings, versions
 from mavplan.study.summary import summarise
 
 SMALL = Settings(mean_users=(6.0,), clusters=(2, 3), seeds=(0, 1, 2), planners=("tloaik", "sbw"))
@@ -126,6 +128,21 @@ def test_rows_of_other_versions_are_told_of(folder):
     _, warnings = run_study(folder, SMALL, jobs=1)
     assert [(problem.severity, problem.code) for problem in warnings] == [("warning", "other-versions")]
     assert "numpy 1.0 →" in warnings[0].message
+
+
+def test_rows_of_other_code_are_refused_even_where_the_version_is_the_same(folder):
+    content = json.loads((folder / "study.json").read_text())
+    content["versions"]["code"] = "0123456789abcdef"
+    (folder / "study.json").write_text(json.dumps(content))
+    with pytest.raises(InputError, match="its rows are of another state of mavplan"):
+        finish(folder)
+
+
+def test_the_code_that_counts_is_there():
+    package = Path(mavplan.__file__).parent
+    for pattern in COUNTING_CODE:
+        assert list(package.glob(pattern)), pattern
+    assert len(versions()["code"]) == 16
 
 
 def test_only_one_process_works_in_a_study(folder):
