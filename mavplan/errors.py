@@ -5,7 +5,7 @@
     MavplanError            1  a fault of ours
     ├── InputError          2  files, values or usage that cannot be taken; carries every problem found
     ├── NoLinkError         3  no vehicle answers
-    ├── RefusedError        4  refused, and the vehicle provably keeps its old mission (or judges the new one infeasible)
+    ├── RefusedError        4  refused: the vehicle provably keeps its old mission (or judges the new one infeasible)
     ├── UncertainError      5  nobody knows what the vehicle holds now
     └── CheckError          6  a check, a verification or a proof found something wrong
 

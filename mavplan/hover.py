@@ -23,6 +23,9 @@ SEARCH_NODES = 200
 SEARCH_GAP = 1e-3
 """Bounds of that search, counted and not timed, so that a plan is the same on every machine."""
 
+ROUNDING_S = 1e-7
+"""Seconds that arithmetic may add or take."""
+
 DEMAND_TOLERANCE_BIT = 1.0
 """A demand short of less than this is met: what a solver's last digits cost must not add a whole step."""
 
@@ -87,7 +90,7 @@ def hold_times(scenario: Scenario, trajectory: Trajectory, rules: AutopilotRules
         raise InputError(
             Problem(
                 f"stop {stop + 1}",
-                f"needs a hold of {holds.stored_s[stop]:,.0f} s, {rules.title} stores at most "
+                f"needs a hold of {holds.stored_s[stop]:,.1f} s, {rules.title} stores at most "
                 f"{rules.max_hold_s:,.0f} s: lower the demand, widen the bandwidth or use more clusters",
                 "hold-too-long",
             )
@@ -176,7 +179,7 @@ def _stored_broadcast_holds(
 def _rounded_up(asked_s: Floats, rules: AutopilotRules) -> Floats:
     """Return the least holds that the autopilot stores and that are not shorter; never less than its least."""
     # The solver's last digits must not cost a whole step; what they leave open `_topped_up` adds.
-    steps = np.ceil(asked_s / rules.hold_step_s - 1e-6)
+    steps = np.ceil((asked_s - ROUNDING_S) / rules.hold_step_s)
     return _seconds(np.maximum(steps, round(rules.min_hold_s / rules.hold_step_s)), rules)
 
 
@@ -233,6 +236,7 @@ def _tdma(
         schedule.append(Slot(stop, int(user), float(asked_s[stop]), duration_s))
         asked_s[stop] += duration_s
     stored_s = _rounded_up(asked_s, rules)
-    short = stored_s.astype(np.float32) < asked_s
+    # What float32 takes off is far below a bit's time, as in `_topped_up`.
+    short = stored_s.astype(np.float32) < asked_s - ROUNDING_S
     stored_s[short] = _seconds(stored_s[short] / rules.hold_step_s + 1, rules)
     return Holds(asked_s, stored_s, tuple(schedule))

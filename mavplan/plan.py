@@ -15,7 +15,10 @@ from mavplan.mission.build import BuiltMission, build_mission
 from mavplan.mission.forecast import Forecast, forecast
 from mavplan.mission.model import HomePosition
 from mavplan.planners import plan_trajectory
+from mavplan.planners.index import joint_index
+from mavplan.planners.sbw import sbw
 from mavplan.planners.trajectory import Trajectory
+from mavplan.radio import Channel
 from mavplan.scenario.model import Scenario
 
 HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
@@ -31,6 +34,8 @@ class Plan:
     holds: Holds
     built: BuiltMission
     forecast: Forecast
+    joint_index: float | None
+    """ρ_e against the SBW benchmark on the same users; None where it has no value."""
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
@@ -62,7 +67,7 @@ def make_plan(
     Raises
     ------
     InputError
-        Nobody can be reached, a hold cannot be stored, the planner is unknown.
+        Nobody can be reached, a hold cannot be stored, the planner is unknown, the benchmark has too many strips.
     """
     vehicle, home = scenario.vehicle, scenario.home
     rules = AUTOPILOTS[vehicle.autopilot]
@@ -93,4 +98,5 @@ def make_plan(
         acceleration_m_s2=vehicle.acceleration_m_s2,
         end=vehicle.end,
     )
-    return Plan(scenario, rules, trajectory, holds, built, expected)
+    benchmark = sbw(scenario.users, Channel(scenario.radio, vehicle.altitude_m, scenario.d2d))
+    return Plan(scenario, rules, trajectory, holds, built, expected, joint_index(trajectory, benchmark))

@@ -24,6 +24,7 @@ def summary(plan: Plan) -> dict[str, Any]:
         "radius_m": round(trajectory.radius_m, 3),
         "length_m": round(trajectory.length_m, 3),
         "sum_rate_bit_s_hz": round(trajectory.sum_rate_bit_s_hz, 6),
+        "joint_index": None if plan.joint_index is None else round(plan.joint_index, 6),
         "flight_s": round(plan.forecast.flight_s, 1),
         "hover_s": plan.holds.hover_s,
         "mission_s": round(round(plan.forecast.flight_s, 1) + plan.holds.hover_s, 3),
@@ -34,7 +35,9 @@ def summary(plan: Plan) -> dict[str, Any]:
 
 def _stops(plan: Plan) -> list[dict[str, Any]]:
     """Return the stops as the mission holds them."""
-    assignment, names = plan.trajectory.assignment, plan.scenario.users.names
+    served: list[list[str]] = [[] for _ in plan.built.stop_items]
+    for name, stop in zip(plan.scenario.users.names, plan.trajectory.assignment.stop, strict=True):
+        served[stop].append(name)
     items = plan.built.mission.items
     return [
         {
@@ -42,10 +45,10 @@ def _stops(plan: Plan) -> list[dict[str, Any]]:
             "lon_deg": items[item.first].lon_deg,
             "alt_rel_m": items[item.first].alt_m,
             "hold_s": hold_s,
-            "users": [name for name, at in zip(names, assignment.stop, strict=True) if at == stop],
+            "users": names,
         }
-        for stop, (item, hold_s) in enumerate(
-            zip(plan.built.stop_items, plan.holds.stored_s.tolist(), strict=True)
+        for item, hold_s, names in zip(
+            plan.built.stop_items, plan.holds.stored_s.tolist(), served, strict=True
         )
     ]
 

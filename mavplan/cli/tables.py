@@ -55,11 +55,12 @@ def totals(plan: Plan) -> list[str]:
     trajectory, vehicle, count = plan.trajectory, plan.scenario.vehicle, len(plan.scenario.users)
     relayed = int(trajectory.assignment.d2d.sum())
     clusters = f", {counted(trajectory.clusters, 'cluster')}" if trajectory.clusters else ""
+    index = "" if plan.joint_index is None else f", index ρe {plan.joint_index:.2f} (benchmark SBW = 1)"
     served = f"{counted(count, 'user')} served by {counted(len(trajectory.stop_at), 'stop')}{clusters}"
     return [
         f"{served}: {count - relayed} from the air, {relayed} by D2D; "
         f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home",
-        f"path {trajectory.length_m:,.0f} m, sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz",
+        f"path {trajectory.length_m:,.0f} m, sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
         f"hover {clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
         f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}",
     ]

@@ -3,6 +3,8 @@
 No files, clocks or prints; whatever is random draws from a generator made from the seed.
 """
 
+import functools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -10,19 +12,19 @@ import numpy as np
 
 from mavplan.errors import InputError, Problem
 from mavplan.planners.boaik import boaik
-from mavplan.planners.clustering import candidate_clusters
+from mavplan.planners.clustering import candidate_clusters, distinct_places
 from mavplan.planners.index import joint_index
 from mavplan.planners.sbw import sbw
 from mavplan.planners.setting import Setting
 from mavplan.planners.stoaik import stoaik
 from mavplan.planners.tloaik import tloaik
 from mavplan.planners.trajectory import Trajectory
-from mavplan.radio import Channel
+from mavplan.radio import Channel, highest_altitude_m
 from mavplan.scenario.model import Scenario, Users
 
 Plan = Callable[[Users, Channel, Setting], Trajectory]
-Cost = Callable[[Trajectory, Trajectory], float]
-"""(plan, benchmark) → what ``clusters = "auto"`` minimises."""
+Cost = Callable[[Trajectory, Callable[[], Trajectory]], float]
+"""(plan, function that gives the benchmark) → what ``clusters = "auto"`` minimises."""
 
 
 @dataclass(frozen=True)
@@ -45,15 +47,15 @@ class Planner:
     cost: Cost | None
 
 
-def length_m(found: Trajectory, _benchmark: Trajectory) -> float:
+def length_m(found: Trajectory, _benchmark: Callable[[], Trajectory]) -> float:
     """Return the length: the least wins."""
     return found.length_m
 
 
-def imbalance(found: Trajectory, benchmark: Trajectory) -> float:
-    """Return −ρ_e: the greatest index wins, where it has no value the shortest path."""
-    index = joint_index(found, benchmark)
-    return found.length_m if index is None else -index
+def imbalance(found: Trajectory, benchmark: Callable[[], Trajectory]) -> float:
+    """Return −ρ_e: the greatest index wins, and a plan that reaches everybody from home, without any way, over all."""
+    index = joint_index(found, benchmark())
+    return -math.inf if index is None else -index
 
 
 PLANNERS: dict[str, Planner] = {
@@ -90,19 +92,23 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
     planner = find_planner(options.name)
     channel = Channel(scenario.radio, scenario.vehicle.altitude_m, scenario.d2d)
     if channel.radius_m <= 0.0:
-        message = "nobody on the ground can be reached"
+        limit_m = highest_altitude_m(scenario.radio)
+        message = f"nobody on the ground can be reached from {channel.altitude_m:g} m, only from below {limit_m:.4g} m"
         raise InputError([Problem("[vehicle] altitude_m", message, "no-coverage")])
+
+    places = distinct_places(users)
 
     def run(clusters: int) -> Trajectory:
         # Each K has a generator of its own: what one K draws does not depend on which others are tried.
-        rng = np.random.default_rng([options.seed, clusters])
+        # More clusters than places are as many as places, in the draw too.
+        rng = np.random.default_rng([options.seed, min(clusters, places)])
         return planner.plan(users, channel, Setting(clusters, rng, options.solver))
 
     if planner.cost is None:
         return run(0)
     if isinstance(options.clusters, int):
         return run(options.clusters)
-    benchmark = sbw(users, channel)
+    benchmark = functools.cache(lambda: sbw(users, channel))
     tried = candidate_clusters(users, channel.radius_m)
     best: tuple[float, Trajectory] | None = None
     for done, clusters in enumerate(tried, start=1):

@@ -1,5 +1,6 @@
 """The clustering phase: K-means with the paper's improved start, and how many clusters are worth a try."""
 
+import heapq
 import math
 from contextlib import nullcontext
 
@@ -21,9 +22,14 @@ MOST_CLUSTER_NUMBERS = 30
 """``auto`` tries at most this many values of K."""
 
 
+def to_places(xy_m: Floats) -> Floats:
+    """Return positions to the millimetre: closer together is one place, which K-means could not tell apart either."""
+    return np.round(xy_m, 3)
+
+
 def distinct_places(users: Users) -> int:
-    """Return the number of different positions."""
-    return len(np.unique(users.xy_m, axis=0))
+    """Return the number of different places."""
+    return len(np.unique(to_places(users.xy_m), axis=0))
 
 
 def clip_clusters(users: Users, clusters: int) -> tuple[int, tuple[Problem, ...]]:
@@ -81,35 +87,43 @@ def cluster_centres(xy_m: Floats, clusters: int, rng: np.random.Generator) -> Fl
 
     Returns
     -------
-    (K, 2) metres: the initial stop points.
+    (K, 2) metres: the initial stop points, of positions to the millimetre.
     """
     from sklearn.cluster import KMeans
     from threadpoolctl import threadpool_limits
 
-    start = spread_start(xy_m, clusters, rng)
+    places = to_places(xy_m)
+    start = spread_start(places, clusters, rng)
     # One thread: the sums of several would add up in an order of their own, and the last digits with them.
     # Up to one chunk of scikit-learn's there is only one anyway, and the limit itself would take longest.
     one_thread = threadpool_limits(1, "openmp") if len(xy_m) > KMEANS_CHUNK else nullcontext()
     with one_thread:
-        fitted = KMeans(n_clusters=clusters, init=start, n_init=1, tol=0.0).fit(xy_m)
+        fitted = KMeans(n_clusters=clusters, init=start, n_init=1, tol=0.0).fit(places)
     return np.asarray(fitted.cluster_centers_, dtype=np.float64)
 
 
 def greedy_cover_size(xy_m: Floats, radius_m: float) -> int:
-    """Return how many discs round users a greedy cover takes: always the user whose disc holds most uncovered ones."""
+    """Return how many discs round users a greedy cover takes: always the one that holds most uncovered users.
+
+    Lazy: a disc's count only falls, so one that is still the greatest when counted again is the greatest of all.
+    """
     from scipy.spatial import KDTree
 
     tree = KDTree(xy_m)
-    neighbours = [np.asarray(near) for near in tree.query_ball_point(xy_m, radius_m)]
-    gain = np.array([len(near) for near in neighbours])
+    counts = np.asarray(tree.query_ball_point(xy_m, radius_m, return_length=True))
+    waiting = [(-int(count), user) for user, count in enumerate(counts)]
+    heapq.heapify(waiting)
     uncovered = np.ones(len(xy_m), dtype=bool)
-    discs = 0
-    while uncovered.any():
-        fresh = neighbours[int(gain.argmax())]
-        fresh = fresh[uncovered[fresh]]
+    left, discs = len(xy_m), 0
+    while left:
+        _, user = heapq.heappop(waiting)
+        within = np.asarray(tree.query_ball_point(xy_m[user], radius_m), dtype=np.int64)
+        fresh = within[uncovered[within]]
+        if waiting and (-len(fresh), user) > waiting[0]:
+            heapq.heappush(waiting, (-len(fresh), user))
+            continue
         uncovered[fresh] = False
-        for user in fresh:
-            gain[neighbours[user]] -= 1
+        left -= len(fresh)
         discs += 1
     return discs
 

@@ -7,6 +7,9 @@ import numpy as np
 
 from mavplan.scenario.model import Bools, Floats, Ints
 
+CELLS_AT_ONCE = 1_000_000
+"""Pairs of point and segment that are held in memory together."""
+
 
 @dataclass(frozen=True, eq=False)
 class NearestOnPath:
@@ -34,30 +37,45 @@ def nearest_on_path(points_m: Floats, path_m: Floats) -> NearestOnPath:
     """Return the nearest point of the polyline ``path_m`` (S + 1, 2), S ≥ 1, for each of ``points_m`` (N, 2)."""
     start, along = path_m[:-1], np.diff(path_m, axis=0)
     squared = (along**2).sum(axis=1)
-    offset = points_m[:, None, :] - start[None, :, :]
-    projected = (offset * along).sum(axis=2)
-    # A segment without length is its own start.
-    fraction = np.clip(
-        np.divide(projected, squared, out=np.zeros_like(projected), where=squared > 0), 0.0, 1.0
-    )
-    feet = start + fraction[:, :, None] * along
-    distances = np.linalg.norm(points_m[:, None, :] - feet, axis=2)
-    segment = distances.argmin(axis=1)
-    row = np.arange(len(points_m))
+    segment = np.zeros(len(points_m), dtype=np.int64)
+    fraction, distance_m = np.zeros(len(points_m)), np.zeros(len(points_m))
+    foot_m = np.zeros((len(points_m), 2))
+    rows_at_once = max(1, CELLS_AT_ONCE // len(along))
+    for first in range(0, len(points_m), rows_at_once):
+        rows = slice(first, first + rows_at_once)
+        points = points_m[rows, None, :]
+        projected = ((points - start) * along).sum(axis=2)
+        # A segment without length is its own start.
+        fractions = np.divide(projected, squared, out=np.zeros_like(projected), where=squared > 0).clip(
+            0.0, 1.0
+        )
+        # A foot at the end of a segment is the next one's start to the last bit, so that ties are ties.
+        feet = np.where(fractions[:, :, None] == 1.0, path_m[1:], start + fractions[:, :, None] * along)
+        distances = np.linalg.norm(points - feet, axis=2)
+        best = distances.argmin(axis=1)
+        row = np.arange(len(best))
+        segment[rows], fraction[rows] = best, fractions[row, best]
+        foot_m[rows], distance_m[rows] = feet[row, best], distances[row, best]
+    nothing_after = np.cumsum(squared[::-1])[::-1] - squared == 0.0
     return NearestOnPath(
         segment=segment,
-        foot_m=feet[row, segment],
-        distance_m=distances[row, segment],
-        at_end=(segment == len(along) - 1) & (fraction[row, segment] == 1.0),
+        foot_m=foot_m,
+        distance_m=distance_m,
+        at_end=nothing_after[segment] & ((fraction == 1.0) | (squared[segment] == 0.0)),
     )
 
 
 def nearest_of(points_m: Floats, places_m: Floats) -> tuple[Floats, Ints]:
-    """Return the distance (N,) of each of N points to the nearest of M ≥ 1 places, and its index (N,)."""
+    """Return the distance (N,) of each of N points to the nearest of M ≥ 1 places, and its index (N,).
+
+    Of up to four places equally near the one of lowest index.
+    """
     from scipy.spatial import KDTree
 
-    distance_m, index = KDTree(places_m).query(points_m)
-    return np.asarray(distance_m, dtype=np.float64), np.asarray(index, dtype=np.int64)
+    found = KDTree(places_m).query(points_m, k=list(range(1, min(len(places_m), 4) + 1)))
+    distances_m, indices = np.asarray(found[0], dtype=np.float64), np.asarray(found[1], dtype=np.int64)
+    tied = distances_m == distances_m[:, :1]
+    return distances_m[:, 0], np.where(tied, indices, len(places_m)).min(axis=1)
 
 
 def towards(centre_m: Floats, radius_m: float, target_m: Floats) -> Floats:
@@ -92,8 +110,11 @@ def least_detour_on_circle(centre_m: Floats, radius_m: float, left_m: Floats, ri
         """dL/dθ over the radius, at ``turn_rad`` from the direction to the left end."""
 
         def one(angle_rad: float, distance_m: float) -> float:
-            chord_squared = radius_m**2 + distance_m**2 - 2 * radius_m * distance_m * math.cos(angle_rad)
-            return distance_m * math.sin(angle_rad) / math.sqrt(chord_squared)
+            # R² + d² − 2·R·d·cos, written so that nothing cancels where the point is just outside the circle.
+            chord = math.hypot(
+                distance_m - radius_m, 2 * math.sqrt(radius_m * distance_m) * math.sin(angle_rad / 2)
+            )
+            return distance_m * math.sin(angle_rad) / chord
 
         return one(turn_rad, left_distance_m) + one(turn_rad - between_rad, right_distance_m)
 

@@ -8,10 +8,16 @@ import math
 
 import numpy as np
 
+from mavplan.errors import InputError, Problem
 from mavplan.planners.ordering import ORIGIN_M
 from mavplan.planners.trajectory import Trajectory, assign
 from mavplan.radio import Channel
 from mavplan.scenario.model import Floats, Ints, Users
+
+BORDER = 1e-9
+"""Share of a strip by which arithmetic may put a user beyond the border on which it stands."""
+
+MOST_STRIPS = 10_000
 
 
 def sbw(users: Users, channel: Channel) -> Trajectory:
@@ -19,10 +25,20 @@ def sbw(users: Users, channel: Channel) -> Trajectory:
 
     Stops are on the centre line abeam of each user of the strip that is not yet within R of a stop, in flying order.
     The length is that of the whole snake, the way from the origin included.
+
+    Raises
+    ------
+    InputError
+        The coverage radius is so small that there would be more strips than anybody flies.
     """
     radius_m = channel.radius_m
     (west, south), (east, north) = users.xy_m.min(axis=0), users.xy_m.max(axis=0)
-    strips = max(1, math.ceil((north - south) / radius_m))
+    strips = max(1, math.ceil((north - south) / radius_m - BORDER))
+    if strips > MOST_STRIPS:
+        message = (
+            f"a coverage radius of {radius_m:g} m makes {strips:,} strips, at most {MOST_STRIPS:,} are flown"
+        )
+        raise InputError([Problem("[radio]", message, "too-many-strips")])
     strip = strip_of(users.xy_m[:, 1] - south, radius_m, strips)
     covered = np.zeros(len(users), dtype=bool)
     path: list[Floats] = [ORIGIN_M]
@@ -57,4 +73,4 @@ def sbw(users: Users, channel: Channel) -> Trajectory:
 
 def strip_of(height_m: Floats, width_m: float, strips: int) -> Ints:
     """Return the strip of each height above the southern edge; a user on a border belongs to the first of the two."""
-    return np.clip(np.ceil(height_m / width_m).astype(np.int64) - 1, 0, strips - 1)
+    return np.clip(np.ceil(height_m / width_m - BORDER).astype(np.int64) - 1, 0, strips - 1)

@@ -45,14 +45,19 @@ def closed_form_step(stop_m: Floats, users_m: Floats, channel: Channel) -> Float
     weighted centroid c onto the intersection of the discs of radius R round the users.
     """
     slopes = tangent_slopes(stop_m, users_m, channel)
-    return project_on_discs(slopes @ users_m / slopes.sum(), users_m, channel.radius_m)
+    return project_on_discs(slopes @ users_m / slopes.sum(), users_m, disc_radius_m(stop_m, users_m, channel))
+
+
+def disc_radius_m(stop_m: Floats, users_m: Floats, channel: Channel) -> float:
+    """Return R, or the distance of a user that counts as within R and is a rounding beyond: the stop stays feasible."""
+    return max(channel.radius_m, float(np.linalg.norm(users_m - stop_m, axis=1).max()))
 
 
 def cvxpy_step(stop_m: Floats, users_m: Floats, channel: Channel) -> Floats:
     """Return the maximiser of P2.2 as the paper solves it, by a convex solver: the reference of the closed form."""
     slopes = tangent_slopes(stop_m, users_m, channel)
     weights = slopes / slopes.mean()
-    radius_m = channel.radius_m
+    radius_m = disc_radius_m(stop_m, users_m, channel)
     # An interior point ends within the square root of its tolerance where a disc is only just touched. So again
     # through a magnifying glass, round the answer before.
     found = stop_m

@@ -8,7 +8,7 @@ import numpy as np
 
 from mavplan.planners.clustering import clip_clusters, cluster_centres
 from mavplan.planners.ordering import from_origin, minimum_path_order
-from mavplan.planners.selection import least_detour, supplementary_stops
+from mavplan.planners.selection import nearest_to_reference, supplementary_stops
 from mavplan.planners.setting import Setting
 from mavplan.planners.trajectory import Trajectory, shortest_steps
 from mavplan.radio import Channel
@@ -25,7 +25,7 @@ def tloaik(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     clusters, notes = clip_clusters(users, setting.clusters)
     centres = cluster_centres(users.xy_m, clusters, setting.rng)
     reference = from_origin(centres[minimum_path_order(centres)])
-    added = supplementary_stops(users, centres, reference, channel, least_detour(channel.radius_m))
+    added = supplementary_stops(users, centres, reference, channel, nearest_to_reference(channel))
     return shortest_steps(
         "tloaik",
         users,

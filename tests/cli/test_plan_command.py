@@ -35,6 +35,7 @@ def test_the_object_has_the_keys_that_scripts_rely_on(planned):
             "radius_m",
             "length_m",
             "sum_rate_bit_s_hz",
+            "joint_index",
             "flight_s",
             "hover_s",
             "mission_s",

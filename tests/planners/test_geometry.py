@@ -64,3 +64,37 @@ def test_the_nearest_place_is_that_of_a_full_search(points, places):
     every_m = np.linalg.norm(points[:, None] - places, axis=2)
     np.testing.assert_allclose(distance_m, every_m.min(axis=1), atol=1e-9)
     np.testing.assert_allclose(every_m[np.arange(len(points)), index], distance_m, atol=1e-9)
+
+
+@given(path=st.lists(point, min_size=3, max_size=3), away=st.floats(1, 300))
+def test_at_an_inner_vertex_the_earlier_segment_is_meant_to_the_last_bit(path, away):
+    path = np.array(path)
+    before, after = path[1] - path[0], path[1] - path[2]
+    lengths = np.linalg.norm(before), np.linalg.norm(after)
+    assume(min(lengths) > 1.0)
+    outward = before / lengths[0] + after / lengths[1]
+    assume(np.linalg.norm(outward) > 1e-3)
+    user = path[1] + away * outward / np.linalg.norm(outward)
+    found = nearest_on_path(user[None], path)
+    assert found.segment[0] == 0
+    assert not found.at_end[0]
+    assert (found.foot_m[0] == path[1]).all()
+
+
+def test_a_last_segment_without_length_is_still_an_end():
+    path = np.array([[0.0, 0], [10, 0], [10, 0]])
+    assert nearest_on_path(np.array([[15.0, 0]]), path).at_end[0]
+
+
+@given(radius_m=st.floats(0.1, 1e5), beyond=st.floats(1e-9, 1e-3), angle=st.floats(0.1, 3.0))
+def test_a_stop_just_outside_the_circle_is_no_fault(radius_m, beyond, angle):
+    left = np.array([radius_m * (1 + beyond), 0.0])
+    right = 3 * radius_m * np.array([np.cos(angle / 2), np.sin(angle / 2)])
+    found = least_detour_on_circle(np.zeros(2), radius_m, left, right)
+    assert np.isclose(np.linalg.norm(found), radius_m)
+
+
+def test_of_places_equally_near_the_first_is_meant_also_in_a_large_tree():
+    places = np.vstack([np.random.default_rng(0).uniform(500, 900, (60, 2)), [[0, 10], [10, 0], [0, -10]]])
+    places = places[::-1]
+    assert nearest_of(np.zeros((1, 2)), places)[1][0] == 0

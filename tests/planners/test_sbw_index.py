@@ -69,3 +69,9 @@ def test_a_plan_without_length_has_no_index():
     found = tloaik(users, CHANNEL, Setting(1, np.random.default_rng(0)))
     assert found.length_m == 0.0
     assert joint_index(found, sbw(users, CHANNEL)) is None
+
+
+@pytest.mark.parametrize("strips", [1, 2, 3, 7])
+def test_a_height_of_whole_radii_makes_no_strip_too_many_whatever_the_last_digit(strips):
+    found = sbw(make_users([[0, 0.1], [1000, 0.1 + strips * R]]), CHANNEL)
+    assert len(np.unique(found.path_m[1:, 1])) == strips

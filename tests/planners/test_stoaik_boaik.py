@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from mavplan.planners.balance import balance_at, best_balance
 from mavplan.planners.boaik import boaik
 from mavplan.planners.geometry import nearest_on_path
+from mavplan.planners.selection import Place
 from mavplan.planners.setting import Setting
 from mavplan.planners.stoaik import stoaik
 from mavplan.planners.tloaik import tloaik
@@ -47,24 +48,52 @@ def test_stoaik_is_the_same_with_either_solver():
     assert len(fast.stop_at) == len(slow.stop_at)
 
 
+def place_of(user, left, right):
+    """Where a user stands to a reference of one segment, or to its free end."""
+    path = np.array([left, left if right is None else right])
+    nearest = nearest_on_path(np.array([user]), path)
+    return Place(np.asarray(user), nearest.foot_m[0], float(nearest.distance_m[0]), np.asarray(left), right)
+
+
 @settings(max_examples=60, deadline=None)
 @given(user=point, left=point, right=st.none() | point)
 def test_p3_is_not_beaten_by_a_dense_search(user, left, right):
     ends = [left] if right is None else [left, right]
     assume(min(np.linalg.norm(user - end) for end in ends) > R + 1)
-    stop = best_balance(CHANNEL)(user, left, right)
+    where = place_of(user, left, right)
+    stop = best_balance(CHANNEL)(where)
     assert np.linalg.norm(stop - user) <= R * (1 + 1e-9)
     radii, angles = np.meshgrid(np.linspace(0, R, 60), np.linspace(0, 2 * np.pi, 240))
     grid = user + np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=-1)
-    best = balance_at(grid, user, left, right, CHANNEL).max()
-    assert balance_at(stop, user, left, right, CHANNEL) >= best * (1 - 1e-9)
+    best = balance_at(grid, where, CHANNEL).max()
+    assert balance_at(stop, where, CHANNEL) >= best * (1 - 1e-9)
+
+
+def test_p3_finds_the_narrow_peak_beside_a_neighbour_just_out_of_reach():
+    where = place_of(np.array([1192.09350586, -15.8349463]), np.array([1487.03850021, -477.1184052]), None)
+    assert balance_at(best_balance(CHANNEL)(where), where, CHANNEL) >= 0.0107
 
 
 def test_p3_lies_between_straight_above_and_the_least_detour():
-    user, left, right = np.array([1000.0, 900]), np.array([0.0, 0]), np.array([2000.0, 0])
-    stop = best_balance(CHANNEL)(user, left, right)
+    stop = best_balance(CHANNEL)(place_of(np.array([1000.0, 900]), np.array([0.0, 0]), np.array([2000.0, 0])))
     assert stop[0] == pytest.approx(1000, abs=0.5)
     assert 900 - R <= stop[1] <= 900
+
+
+def test_boaik_asks_p3_also_for_a_user_within_reach_of_the_reference():
+    around = np.random.default_rng(0).normal(0, 5, (40, 2))
+    west, east = around + np.array([1000, 0]), around + np.array([3000, 0])
+    users = make_users([*west, *east, [2000, 300]])
+    found = boaik(users, CHANNEL, setting(2))
+    extra = found.stops_m[np.linalg.norm(found.stops_m - [2000, 0], axis=1) < 500]
+    assert len(extra) == 1
+    # The foot of the perpendicular is (2000, 0); the balance is nearly straight above.
+    assert extra[0, 1] > 250
+
+
+def test_users_a_rounding_beyond_reach_of_one_another_do_not_stop_sca():
+    users = make_users([[1000, 0], [1000 + 2 * R + 1e-8, 0]])
+    assert stoaik(users, CHANNEL, setting(1)).assignment.served.all()
 
 
 def test_boaik_serves_by_d2d_as_tloaik_does_and_measures_against_the_stops_after_sca():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mavplan.errors import InputError
 from mavplan.planners import PLANNERS, plan_trajectory
-from mavplan.planners.selection import least_detour, supplementary_stops
+from mavplan.planners.selection import nearest_to_reference, supplementary_stops
 from mavplan.planners.setting import Setting
 from mavplan.radio import Channel
 from mavplan.scenario import D2D, UNPAIRED, Radio
@@ -20,7 +20,9 @@ R = CHANNEL.radius_m
 def added_stops(users, initial, reference):
     """The supplementary stops for these users."""
     stops = np.array(initial, dtype=float)
-    return supplementary_stops(users, stops, np.array(reference, dtype=float), CHANNEL, least_detour(R))
+    return supplementary_stops(
+        users, stops, np.array(reference, dtype=float), CHANNEL, nearest_to_reference(CHANNEL)
+    )
 
 
 def test_case_1_a_user_whose_mate_is_covered_gets_no_stop():
@@ -116,3 +118,38 @@ def test_an_unknown_planner_is_refused_with_the_names_there_are():
 def test_nothing_is_planned_from_an_altitude_that_reaches_nobody():
     with pytest.raises(InputError, match="nobody on the ground"):
         plan_trajectory(make_scenario([[0, 0]], altitude_m=1000.0))
+
+
+def test_more_clusters_than_places_draw_as_if_exactly_as_many_were_asked_for():
+    xy = np.random.default_rng(6).uniform(0, 3000, (7, 2))
+    many, exact = (plan_trajectory(make_scenario(xy, clusters=clusters)) for clusters in (50, 7))
+    assert (many.stops_m == exact.stops_m).all()
+    assert many.notes
+    assert not exact.notes
+
+
+@pytest.mark.filterwarnings("error")
+def test_users_a_hair_apart_are_one_place():
+    xy = [[1000, 0], [1000, 1e-7], [1000, 2e-7], [2000, 0]]
+    found = plan_trajectory(make_scenario(xy, clusters=4))
+    assert found.clusters == 2
+    assert len(found.stop_at) == 2
+
+
+@pytest.mark.parametrize("beyond_m", [1.1e-6, 2e-6, 5e-6, 1e-4])
+def test_a_user_just_beyond_reach_of_the_reference_is_placed_without_a_fault(beyond_m):
+    users = make_users([[1000, R + beyond_m]])
+    stop = added_stops(users, [[2000, 0]], [[0, 0], [2000, 0]])[0]
+    assert np.linalg.norm(stop - users.xy_m[0]) <= R + 1e-6
+
+
+@pytest.mark.parametrize("name", ["stoaik", "boaik"])
+def test_a_plan_that_needs_no_way_is_the_best_balanced(name):
+    found = plan_trajectory(make_scenario([[30, 0], [-30, 0]], clusters="auto", planner=name))
+    assert found.length_m == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_benchmark_of_a_radius_of_millimetres_is_refused_in_a_sentence():
+    lowest = make_scenario([[0, 0], [9000, 9000]], planner="sbw", altitude_m=412.3110745)
+    with pytest.raises(InputError, match="strips"):
+        plan_trajectory(lowest)
