@@ -66,9 +66,13 @@ def upload_command(
     from mavplan.link.connection import CONNECT_S, open_connection
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import upload_mission
+    from mavplan.mission.autopilots import AUTOPILOTS
+    from mavplan.mission.sendable import check_sendable
 
     endpoint = parse_endpoint(conn)
     mission = read_known_mission(file, autopilot)  # type: ignore[arg-type]
+    if mission.autopilot is not None:
+        check_sendable(mission, AUTOPILOTS[mission.autopilot], str(file))
     say_problems(mission.warnings)
     try:
         with (
@@ -82,6 +86,7 @@ def upload_command(
                 system=system,
                 place=str(endpoint),
                 allow_armed=allow_armed,
+                source=str(file),
                 progress=show,
             )
     except MavplanError as error:

@@ -171,11 +171,11 @@ def unread(upload: Upload, rules: AutopilotRules, cause: str) -> UncertainError:
     )
 
 
-def differing(found: Sequence[Difference], rules: AutopilotRules) -> DiffersError:
+def differing(found: Sequence[Difference], rules: AutopilotRules, reason: str = "") -> DiffersError:
     """Put into words that the vehicle holds something else, and stays by it."""
     shown = "; ".join(difference.words for difference in found[:3])
     more = f"; and {len(found) - 3} more" if len(found) > 3 else ""
-    return DiffersError(f"{rules.title} holds something else than it was sent: {shown}{more}", found)
+    return DiffersError(f"{reason}{rules.title} holds something else than it was sent: {shown}{more}", found)
 
 
 def infeasible(count: int, rules: AutopilotRules, texts: Sequence[str]) -> RefusedError:

@@ -6,7 +6,8 @@
                                        ^  │                    │  │ ^                 │
                                        │  │     vehicle asks   │  │ └─ foreign traffic, restart, other mission id
                                        │  └<── for items again ┘  │
-                                       └──── differs, first time ─┘── differs the same way twice ──> uncertain
+                                       └──── differs, first time ─┘── differs the same way twice, ──> uncertain
+                                                                      or others have written
 
 Nothing is believed but a read-back. A refusal is followed by one too, for the report.
 """
@@ -24,7 +25,8 @@ from mavplan.link.upload import Upload, UploadEnd
 from mavplan.link.verdict import Judgement, Verdict
 from mavplan.mission.model import Mission
 from mavplan.mission.readback import differences
-from mavplan.mission.wire import WireItem, to_wire, wire_problems
+from mavplan.mission.sendable import check_sendable
+from mavplan.mission.wire import WireItem, to_wire
 
 QUIET_S = 1.0
 """Pause before doing it again, so that what is still on its way belongs to the past; and a count of ours that is
@@ -52,6 +54,8 @@ class UploadSession(Session):
         What to store.
     allow_armed
         Write also to a vehicle whose motors may turn.
+    source
+        Where the mission comes from, for messages about it.
     now, deadline_s, system, place
         As for `Session`.
     """
@@ -65,6 +69,7 @@ class UploadSession(Session):
         system: int | None = None,
         place: str = "this connection",
         allow_armed: bool = False,
+        source: str = "",
     ) -> None:
         super().__init__(now=now, deadline_s=deadline_s, system=system, place=place, wanted=mission.autopilot)
         self.mission = mission
@@ -72,7 +77,7 @@ class UploadSession(Session):
         self.report: UploadReport | None = None
         self.items: tuple[WireItem, ...] = ()
         self._allow_armed = allow_armed
-        self._warnings: list[Problem] = []
+        self._source = source
         self._upload: Upload | None = None
         self._download: Download | None = None
         self._verdict: Verdict | None = None
@@ -82,6 +87,7 @@ class UploadSession(Session):
         self._read_backs = 0
         self._uploaded_at = now
         self._reboots = 0
+        self._foreign_signs = 0
         self._foreign_writes = 0
 
     @property
@@ -101,11 +107,11 @@ class UploadSession(Session):
         return None
 
     def _found(self, vehicle: Vehicle, now: float) -> None:
-        problems = wire_problems(self.mission, self.rules)
-        if errors := [problem for problem in problems if problem.severity == "error"]:
-            self.error = InputError(errors)
+        try:
+            check_sendable(self.mission, self.rules, self._source)
+        except InputError as error:
+            self.error = error
             return
-        self._warnings = problems
         self.items = to_wire(self.mission, self.rules)
         self._upload = Upload(
             self.items,
@@ -161,8 +167,8 @@ class UploadSession(Session):
             self._space, watch.space = watch.space, None
             upload.tell_space(self._space)
         rebooted = watch.reboots != self._reboots
-        disturbed = rebooted or watch.foreign_writes != self._foreign_writes
-        self._reboots, self._foreign_writes = watch.reboots, watch.foreign_writes
+        disturbed = rebooted or watch.foreign_signs != self._foreign_signs
+        self._reboots, self._foreign_signs = watch.reboots, watch.foreign_signs
         if self.phase is Phase.UPLOADING and rebooted:
             upload.vehicle_rebooted(now)
         elif self.phase in {Phase.READING, Phase.SETTLING} and disturbed:
@@ -197,6 +203,7 @@ class UploadSession(Session):
         match outcome.end:
             case UploadEnd.ACCEPTED | UploadEnd.UNRESOLVED:
                 self._uploaded_at = now
+                self._foreign_writes = self._watch.foreign_writes if self._watch is not None else 0
                 self.phase = Phase.READING
                 self._read(now)
                 self._verdict = self._new_verdict(upload, now)
@@ -250,6 +257,8 @@ class UploadSession(Session):
         if not found:
             self._stored = outcome.items
             self.phase = Phase.SETTLING
+        elif self._watch is not None and self._watch.foreign_writes > self._foreign_writes:
+            self.error = differing(found, self.rules, "another ground station has written to the vehicle: ")
         elif (words := [difference.words for difference in found]) == self._differed:
             self.error = differing(found, self.rules)
         else:
@@ -298,7 +307,7 @@ class UploadSession(Session):
     def _succeed(self, upload: Upload, now: float, judgement: Judgement | None) -> None:
         if self.vehicle is None:
             return
-        warnings = list(self._warnings)
+        warnings: list[Problem] = []
         if judgement is Judgement.UNKNOWN:
             words = "did not tell whether it takes the stored mission for flyable"
             warnings.append(Problem(self.rules.title, words, "not-judged", "warning"))

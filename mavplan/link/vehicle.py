@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mavplan.errors import InputError, MavplanError, Problem
+from mavplan.errors import MavplanError, Problem
 from mavplan.link.codec import Codec
 from mavplan.link.connection import Connection
 from mavplan.link.download_session import DownloadSession
@@ -15,7 +15,7 @@ from mavplan.link.transfer import Progress
 from mavplan.link.upload_session import UploadSession
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.model import Autopilot, Mission
-from mavplan.mission.wire import wire_problems
+from mavplan.mission.sendable import check_sendable
 
 MAX_SLEEP_S = 0.5
 DOWNLOAD_DEADLINE_S = 120.0
@@ -36,6 +36,7 @@ def upload_mission(
     system: int | None = None,
     place: str = "this connection",
     allow_armed: bool = False,
+    source: str = "",
     progress: ProgressCallback | None = None,
 ) -> UploadReport:
     """Store a mission on the vehicle of a link, read it back and compare.
@@ -54,6 +55,8 @@ def upload_mission(
         What to call the connection in messages.
     allow_armed
         Write also to a vehicle whose motors may turn.
+    source
+        Where the mission comes from, for messages about it.
     progress
         Called with every step.
 
@@ -74,9 +77,7 @@ def upload_mission(
         What the vehicle holds is not known, or is not what was sent (then with ``differences``).
     """
     if mission.autopilot is not None:
-        problems = wire_problems(mission, AUTOPILOTS[mission.autopilot])
-        if errors := [problem for problem in problems if problem.severity == "error"]:
-            raise InputError(errors)
+        check_sendable(mission, AUTOPILOTS[mission.autopilot], source)
     session = UploadSession(
         mission,
         now=time.monotonic(),
@@ -84,6 +85,7 @@ def upload_mission(
         system=system,
         place=place,
         allow_armed=allow_armed,
+        source=source,
     )
     drive(session, connection, progress)
     if session.report is None:

@@ -7,6 +7,8 @@ from mavplan.link.protocol import Address, Message, MissionType, Result, sender
 CLOCK_SLIP_S = 3.0
 """A clock that jumps back by more is a restart; less can be the link's reordering."""
 KEPT_TEXTS = 20
+ALL_TYPES = 255
+"""MAV_MISSION_TYPE_ALL, of a CLEAR_ALL."""
 WARNING = 4
 """MAV_SEVERITY: this and below is worse."""
 
@@ -34,7 +36,9 @@ class Watch:
         self.reboots = 0
         """Restarts of the vehicle that were noticed."""
         self.foreign_writes = 0
-        """Signs of another station writing a mission to the vehicle."""
+        """Messages of another station's writing a mission to the vehicle."""
+        self.foreign_signs = 0
+        """The same, and refusals that another station got: it may try again."""
         self.armed = False
         self.texts: list[str] = []
         """STATUSTEXTs of severity WARNING and worse, oldest first."""
@@ -56,8 +60,7 @@ class Watch:
         elif kind == "STATUSTEXT":
             self._on_text(message)
         elif kind in _REQUESTS | {"MISSION_ACK"} and not self._is_for_us(message):
-            taken = kind in _REQUESTS or message.type in {Result.ACCEPTED, Result.DENIED}
-            self.foreign_writes += int(taken and message.mission_type == MissionType.MISSION)
+            self._on_answer_to_stranger(message, kind)
 
     def _is_for_us(self, message: Message) -> bool:
         return message.target_system in {0, self.us.system} and message.target_component in {
@@ -65,10 +68,19 @@ class Watch:
             self.us.component,
         }
 
+    def _on_answer_to_stranger(self, message: Message, kind: str) -> None:
+        if message.mission_type != MissionType.MISSION:
+            return
+        wrote = kind in _REQUESTS or message.type == Result.ACCEPTED
+        self.foreign_writes += int(wrote)
+        self.foreign_signs += int(wrote or message.type == Result.DENIED)
+
     def _on_stranger(self, message: Message, kind: str) -> None:
         if kind not in _WRITES or message.target_system not in {0, self.vehicle.system}:
             return
-        self.foreign_writes += int(message.mission_type in {MissionType.MISSION, 255})
+        if message.mission_type in {MissionType.MISSION, ALL_TYPES}:
+            self.foreign_writes += 1
+            self.foreign_signs += 1
 
     def _watch_clock(self, message: Message, kind: str) -> None:
         uptime_s = _uptime_s(message, kind)

@@ -6,7 +6,7 @@ Each limit is measured behaviour of ArduCopter 4.7.0-dev or PX4 of August 2025, 
 import math
 from collections.abc import Iterator
 
-from mavplan.errors import Problem
+from mavplan.errors import InputError, Problem
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.model import Command, Frame, ListCommand, Mission, MissionItem
 
@@ -68,6 +68,28 @@ def wire_problems(mission: Mission, rules: AutopilotRules) -> list[Problem]:
         where = item_name(item, index, rules)
         problems += (Problem(where, message, code) for message, code in _item_problems(item, mission, rules))
     return problems
+
+
+def check_sendable(mission: Mission, rules: AutopilotRules, source: str = "") -> None:
+    """Raise what `wire_problems` finds.
+
+    Parameters
+    ----------
+    mission, rules
+        As there.
+    source
+        The file that the mission is from, named in front of every problem.
+
+    Raises
+    ------
+    InputError
+        All problems at once.
+    """
+    if problems := wire_problems(mission, rules):
+        at = f"{source}, " if source else ""
+        raise InputError(
+            Problem(f"{at}{problem.where}", problem.message, problem.code) for problem in problems
+        )
 
 
 def item_name(item: MissionItem, index: int, rules: AutopilotRules) -> str:

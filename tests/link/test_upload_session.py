@@ -47,7 +47,6 @@ def test_a_quiet_line_stores_and_verifies(firmware):
         "reboot-at=5",
         "reboot-at=2s",
         "second-gcs=read",
-        "second-gcs=upload",
     ],
 )
 def test_a_bad_radio_a_restart_or_another_station_and_still_verified(firmware, faults):
@@ -155,6 +154,15 @@ def test_px4_stores_but_judges_infeasible_is_refused_after_the_read_back():
     assert isinstance(result.error, RefusedError)
     assert "judges the mission not flyable" in str(result.error)
     assert result.holds(mission)
+
+
+@BOTH
+def test_another_station_writes_after_us_and_that_is_uncertain_not_fought_over(firmware):
+    result = upload(make_mission(firmware), make_network(firmware, "second-gcs=upload"))
+    assert isinstance(result.error, DiffersError)
+    assert "another ground station has written to the vehicle" in str(result.error)
+    assert result.session._upload.attempts == 1
+    assert len(result.network.stored(0)) == 3
 
 
 def test_another_station_that_never_ends_is_refused_as_never_started():

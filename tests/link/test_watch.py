@@ -50,7 +50,6 @@ def test_an_answer_to_our_own_time_stamp_is_no_clock_of_the_vehicle():
         said(common.MAVLink_mission_clear_all_message(0, 0, 0), OTHER_STATION),
         request(0, to=OTHER_STATION),
         ack(0, to=OTHER_STATION),
-        ack(14, to=OTHER_STATION),
     ],
 )
 def test_another_stations_writing_is_noticed(message):
@@ -89,3 +88,8 @@ def test_a_text_in_pieces_is_put_together():
 def test_arming_is_seen():
     assert watching(heartbeat(base_mode=81 | 128)).armed
     assert not watching(heartbeat(base_mode=81 | 128), heartbeat()).armed
+
+
+def test_a_refusal_that_another_station_got_is_a_sign_that_it_will_try_again():
+    watch = watching(ack(14, to=OTHER_STATION))
+    assert (watch.foreign_writes, watch.foreign_signs) == (0, 1)
