@@ -1,7 +1,7 @@
 """Mission files: `read_mission` and `write_mission` choose the format by the file's suffix (`FORMATS`).
 
-One file a format: `plan` (with `plan_reader`) and `waypoints`; what they share is in `values`. `atomic` puts files in
-their place, `checks` looks at written files with other people's eyes.
+One file a format: `plan` (with `plan_reader` and `plan_areas`) and `waypoints`; what they share is in `values`.
+`atomic` puts files in their place, `checks` looks at written files with other people's eyes.
 """
 
 from collections.abc import Callable
@@ -85,7 +85,7 @@ def read_mission(path: Path | str) -> Mission:
     Returns
     -------
     Mission
-        Its ``warnings`` tell what was left out of it, for instance a fence.
+        Its ``warnings`` tell what was left out of it.
 
     Raises
     ------

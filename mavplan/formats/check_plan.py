@@ -9,7 +9,7 @@ import json
 import math
 from typing import Any, NoReturn, TypeGuard
 
-from mavplan.formats.seen import Findings, SeenItem
+from mavplan.formats.seen import Findings, SeenArea, SeenItem, SeenRally
 
 WITH_POSITION = {16, 17, 19, 21, 22}
 DO_JUMP = 177
@@ -151,28 +151,38 @@ def _fence(findings: Findings, fence: dict[str, Any]) -> None:
             shape = _object(findings, entry, place)
             _version(findings, shape, place, 1)
             _key(findings, shape, place, "inclusion", bool)
-            if key == "polygons":
-                corners = shape.get("polygon")
-                fits = (
-                    isinstance(corners, list) and len(corners) >= 3 and all(_is_place(p, 2) for p in corners)
-                )
-            else:
-                circle = shape.get("circle")
-                circle = circle if isinstance(circle, dict) else {}
-                radius = circle.get("radius")
-                fits = _is_place(circle.get("center"), 2) and _is_finite(radius) and radius > 0
-            if not fits:
+            corners, radius = _shape(shape, key)
+            if corners is None:
                 findings.add(place, "is no circle or polygon that QGroundControl reads", "fence")
+            elif isinstance(shape.get("inclusion"), bool):
+                findings.areas.append(SeenArea(place, shape["inclusion"], corners, radius))
+
+
+def _shape(shape: dict[str, Any], key: str) -> tuple[tuple[tuple[float, float], ...] | None, float]:
+    """Return corners and radius of an area; no corners for what QGroundControl would not read."""
+    found, least, radius = shape.get("polygon"), 3, 0.0
+    if key == "circles":
+        circle = shape.get("circle")
+        circle = circle if isinstance(circle, dict) else {}
+        found, least = [circle.get("center")], 1
+        given = circle.get("radius")
+        if not _is_finite(given) or given <= 0:
+            return None, radius
+        radius = float(given)
+    if not isinstance(found, list) or len(found) < least or not all(_is_place(p, 2) for p in found):
+        return None, radius
+    return tuple((float(lat), float(lon)) for lat, lon in found), radius
 
 
 def _rally(findings: Findings, rally: dict[str, Any]) -> None:
     _version(findings, rally, "rallyPoints", 2)
     _key(findings, rally, "rallyPoints", "points", list)
     for k, point in enumerate(_list(rally, "points")):
-        if not _is_place(point, 3):
-            findings.add(
-                f"rallyPoints.points[{k}]", "must be latitude, longitude, metres above home", "rally"
-            )
+        place = f"rallyPoints.points[{k}]"
+        if _is_place(point, 3):
+            findings.rally.append(SeenRally(place, *(float(value) for value in point)))
+        else:
+            findings.add(place, "must be latitude, longitude, metres above home", "rally")
 
 
 def _object(findings: Findings, found: Any, place: str) -> dict[str, Any]:

@@ -6,8 +6,9 @@ writers, so that it can disagree with them. `foreign` asks MAVSDK and pymavlink 
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from mavplan.errors import Problem
 from mavplan.formats import read_text
@@ -149,6 +150,8 @@ def _compare(findings: Findings, mission: Mission) -> None:
     if not math.isclose(findings.home[2], home.alt_amsl_m, abs_tol=1e-6):
         found = f"altitude {findings.home[2]:g} m above sea level, meant are {home.alt_amsl_m:g} m"
         findings.add("home", found, "home-altitude")
+    if findings.says_autopilot:
+        _compare_lists(findings, mission)
     if len(findings.items) != len(mission.items):
         found = f"{len(findings.items)} items can be read, meant are {len(mission.items)}"
         findings.add("", found, "count")
@@ -160,6 +163,35 @@ def _compare(findings: Findings, mission: Mission) -> None:
             if not same and not no_nan:
                 found = f"{name} is {found_value:.10g}, meant is {meant_value:.10g}"
                 findings.add(seen.place, found, "differs")
+
+
+def _compare_lists(findings: Findings, mission: Mission) -> None:
+    """Compare fence and rally points, which only a ``.plan`` holds, value by value."""
+    areas: list[Any] = []
+    if mission.fence is not None:
+        areas += [(area.inclusion, area.vertices_e7, 0.0) for area in mission.fence.polygons]
+        areas += [
+            (area.inclusion, ((area.lat_e7, area.lon_e7),), area.radius_m) for area in mission.fence.circles
+        ]
+    seen_areas: list[tuple[str, Any]] = [
+        (area.place, (area.inclusion, tuple((_e7(x), _e7(y)) for x, y in area.corners_deg), area.radius_m))
+        for area in sorted(findings.areas, key=lambda area: area.radius_m > 0)  # polygons first
+    ]
+    _compare_entries(findings, "geoFence", seen_areas, areas)
+    points = [(point.lat_e7, point.lon_e7, point.alt_rel_m) for point in mission.rally]
+    seen = [(point.place, (_e7(point.lat_deg), _e7(point.lon_deg), point.alt_m)) for point in findings.rally]
+    _compare_entries(findings, "rallyPoints", seen, points)
+
+
+def _compare_entries(
+    findings: Findings, where: str, seen: Sequence[tuple[str, Any]], meant: Sequence[Any]
+) -> None:
+    if len(seen) != len(meant):
+        findings.add(where, f"{len(seen)} entries can be read, meant are {len(meant)}", "count")
+        return
+    for (place, found), wanted in zip(seen, meant, strict=True):
+        if found != wanted:
+            findings.add(place, f"{found} stands there, meant is {wanted}"[:200], "differs")
 
 
 def _fields(seen: SeenItem, meant: MissionItem) -> Iterator[tuple[str, float, float]]:

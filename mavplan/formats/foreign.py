@@ -17,6 +17,7 @@ from mavplan.mission.model import Mission, MissionItem
 
 MAV_AUTOPILOT = {"ardupilot": 3, "px4": 12, None: 0}
 FILE_FRAME = {5: 0, 6: 3, 11: 10}
+LIST_FIELDS = ("command", "vertex count or radius", "latitude", "longitude", "altitude")
 
 
 def mavsdk_problems(plan_path: Path | str, mission: Mission) -> list[Problem]:
@@ -70,6 +71,8 @@ def mavsdk_problems(plan_path: Path | str, mission: Mission) -> list[Problem]:
     problems += _item_problems(
         name, "MAVSDK", [_from_mavsdk(item) for item in items], mission, nan_is_zero=False
     )
+    problems += _list_problems(name, imported.geofence_items, _fence_items(mission))
+    problems += _list_problems(name, imported.rally_items, _rally_items(mission))
     return problems
 
 
@@ -135,6 +138,49 @@ def _from_pymavlink(item: Any) -> MissionItem:
     params = (item.param1, item.param2, item.param3, item.param4)
     lat_e7, lon_e7 = round(item.x * 1e7), round(item.y * 1e7)
     return MissionItem(item.command, item.frame, params, lat_e7, lon_e7, item.z, bool(item.autocontinue))
+
+
+_ListItem = tuple[str, int, float, int, int, float]
+"""What it is, command, param1, 1e-7 degrees, metres."""
+
+
+def _fence_items(mission: Mission) -> list[_ListItem]:
+    """Return what MAVSDK should make of a fence: its vertices, then its circles."""
+    items: list[_ListItem] = []
+    for number, polygon in enumerate(mission.fence.polygons if mission.fence else (), start=1):
+        command, count = 5001 if polygon.inclusion else 5002, len(polygon.vertices_e7)
+        for lat_e7, lon_e7 in polygon.vertices_e7:
+            items.append((f"fence polygon {number}", command, count, lat_e7, lon_e7, 0.0))
+    for number, circle in enumerate(mission.fence.circles if mission.fence else (), start=1):
+        command = 5003 if circle.inclusion else 5004
+        place = (circle.lat_e7, circle.lon_e7)
+        items.append((f"fence circle {number}", command, circle.radius_m, *place, 0.0))
+    return items
+
+
+def _rally_items(mission: Mission) -> list[_ListItem]:
+    return [
+        (f"rally point {number}", 5100, 0.0, point.lat_e7, point.lon_e7, point.alt_rel_m)
+        for number, point in enumerate(mission.rally, start=1)
+    ]
+
+
+def _list_problems(name: str, seen: Any, meant: list[_ListItem]) -> list[Problem]:
+    """Compare what MAVSDK reads of a fence or of rally points, field by field."""
+    if len(seen) != len(meant):
+        found = f"MAVSDK reads {len(seen)} fence or rally items, meant are {len(meant)}"
+        return [Problem(name, found, "count")]
+    problems = []
+    for item, (what, *values) in zip(seen, meant, strict=True):
+        fields = (item.command, item.param1, item.x, item.y, item.z)
+        for field, got, wanted in zip(LIST_FIELDS, fields, values, strict=True):
+            if not _close(got, wanted):
+                found = f"MAVSDK reads {field} as {got:.10g}, meant is {wanted:.10g}"
+                problems.append(Problem(f"{name}, {what}", found, "differs"))
+        relative = {5100: {3, 6}}.get(item.command, {0, 5})
+        if item.frame not in relative:
+            problems.append(Problem(f"{name}, {what}", f"MAVSDK reads frame {item.frame}", "differs"))
+    return problems
 
 
 def _home_problems(name: str, reader: str, seen: tuple[int, int, float], mission: Mission) -> list[Problem]:

@@ -2,7 +2,8 @@
 
 Field by field in docs/mission-files.md. The format: https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html;
 where that page and the programs differ, this follows the programs (QGroundControl, MAVSDK, Mission Planner).
-Reading is in `mavplan.formats.plan_reader`; what items may hold stands in `mavplan.formats.values`.
+Reading is in `mavplan.formats.plan_reader`; what items may hold stands in `mavplan.formats.values`; fence and rally
+points, both ways, in `mavplan.formats.plan_areas`.
 """
 
 import json
@@ -10,6 +11,7 @@ import math
 from typing import Any
 
 from mavplan.errors import InputError, Problem
+from mavplan.formats import plan_areas, values
 from mavplan.formats.plan_reader import PlanReader
 from mavplan.formats.values import mission_problems, normal_item
 from mavplan.mission.autopilots import AUTOPILOTS
@@ -30,7 +32,7 @@ def dumps(mission: Mission) -> str:
     Raises
     ------
     InputError
-        An item or home cannot stand in the file; all problems at once.
+        An item, home, a fence area or a rally point cannot stand in the file; all problems at once.
     """
     problems = tuple(mission_problems(mission))
     if problems:
@@ -40,7 +42,7 @@ def dumps(mission: Mission) -> str:
     home = mission.home
     document = {
         "fileType": "Plan",
-        "geoFence": {"circles": [], "polygons": [], "version": 2},
+        "geoFence": plan_areas.fence_section(mission.fence),
         "groundStation": "mavplan",
         "mission": {
             "cruiseSpeed": _whole(mission.cruise_speed_m_s),
@@ -48,11 +50,15 @@ def dumps(mission: Mission) -> str:
             "globalPlanAltitudeMode": modes.pop() if len(modes) == 1 else 0,
             "hoverSpeed": _whole(mission.hover_speed_m_s),
             "items": [_item(index, item) for index, item in enumerate(items)],
-            "plannedHomePosition": [home.lat_e7 / 1e7, home.lon_e7 / 1e7, _number(home.alt_amsl_m)],
+            "plannedHomePosition": [
+                home.lat_e7 / 1e7,
+                home.lon_e7 / 1e7,
+                values.json_number(home.alt_amsl_m),
+            ],
             "vehicleType": mission.mav_type,
             "version": 2,
         },
-        "rallyPoints": {"points": [], "version": 2},
+        "rallyPoints": plan_areas.rally_section(mission.rally),
         "version": 1,
     }
     return json.dumps(document, indent=4, allow_nan=False) + "\n"
@@ -71,8 +77,8 @@ def loads(text: str, name: str) -> Mission:
     Returns
     -------
     Mission
-        ``autopilot`` is None where the file says generic firmware. A fence or rally points are left out, and
-        ``warnings`` says so.
+        ``autopilot`` is None where the file says generic firmware. ``warnings`` tells what was left out: a fence's
+        return point, which multirotors do not use.
 
     Raises
     ------
@@ -89,12 +95,12 @@ def warnings(mission: Mission) -> tuple[Problem, ...]:
 
 
 def _item(index: int, item: MissionItem) -> dict[str, Any]:
-    params: list[float | int | None] = [_number(value) for value in item.params]
+    params: list[float | int | None] = [values.json_number(value) for value in item.params]
     if item.command == Command.DO_JUMP:
         params[0] = int(item.params[0]) + 1  # the doJumpId of the target
     entry: dict[str, Any] = {}
     if item.has_position:
-        altitude = _number(item.alt_m)
+        altitude = values.json_number(item.alt_m)
         entry = {
             "AMSLAltAboveTerrain": None,  # QGroundControl's own "not known yet": it has the terrain, we have not
             "Altitude": altitude,
@@ -111,13 +117,6 @@ def _item(index: int, item: MissionItem) -> dict[str, Any]:
         "params": params,
         "type": "SimpleItem",
     }
-
-
-def _number(value: float) -> float | int | None:
-    """Return a JSON number: null for NaN, whole numbers without a point."""
-    if math.isnan(value):
-        return None
-    return int(value) if value == int(value) else value
 
 
 def _whole(speed_m_s: float) -> int:

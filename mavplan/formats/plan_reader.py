@@ -9,7 +9,8 @@ import math
 from typing import Any
 
 from mavplan.errors import InputError, Problem
-from mavplan.formats import values
+from mavplan.formats import plan_areas, values
+from mavplan.formats.json_values import is_number, is_whole, shown
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.model import (
     NAN,
@@ -62,10 +63,13 @@ class PlanReader:
     def _document(self, document: dict[str, Any]) -> Mission | None:
         if document.get("fileType") != "Plan":
             found = document.get("fileType")
-            self._add("fileType", f'found {_shown(found)}, a mission file says "Plan"', "file-type")
+            self._add("fileType", f'found {shown(found)}, a mission file says "Plan"', "file-type")
         self._version(document, "version", 1)
-        self._left_out(document, "geoFence", ("polygons", "circles"), "the fence")
-        self._left_out(document, "rallyPoints", ("points",), "the rally points")
+        fence = self._list_section(document, "geoFence")
+        rally = self._list_section(document, "rallyPoints")
+        if fence.get("breachReturn") is not None:
+            found = "the point to return to is left out: multirotors do not use it"
+            self.warnings.append(Problem(self._where("geoFence.breachReturn"), found, "left-out", "warning"))
         mission = self._section(document, "mission")
         if mission is None:
             return None
@@ -80,6 +84,8 @@ class PlanReader:
             mav_type=self._vehicle_type(mission),
             cruise_speed_m_s=self._speed(mission, "cruiseSpeed"),
             hover_speed_m_s=self._speed(mission, "hoverSpeed"),
+            fence=plan_areas.read_fence(fence, self._add),
+            rally=plan_areas.read_rally(rally, self._add),
             warnings=tuple(self.warnings),
         )
 
@@ -91,25 +97,17 @@ class PlanReader:
         self._add(key, f"this section {wrong}; ground stations refuse such a file", "section")
         return None
 
-    def _left_out(self, document: dict[str, Any], key: str, lists: tuple[str, ...], what: str) -> None:
+    def _list_section(self, document: dict[str, Any], key: str) -> dict[str, Any]:
         section = self._section(document, key)
         if section is None:
-            return
+            return {}
         self._version(section, f"{key}.version", 2)
-        if any(section.get(name) for name in lists):
-            self.warnings.append(
-                Problem(
-                    self._where(key),
-                    f"{what} in this file is left out: only the mission is read",
-                    "left-out",
-                    "warning",
-                )
-            )
+        return section
 
     def _version(self, section: dict[str, Any], place: str, wanted: int) -> None:
         found = section.get("version")
         if isinstance(found, bool) or found != wanted:
-            self._add(place, f"found {_shown(found)}, only version {wanted} is known", "version")
+            self._add(place, f"found {shown(found)}, only version {wanted} is known", "version")
 
     def _autopilot(self, mission: dict[str, Any]) -> Autopilot | None:
         found = mission.get("firmwareType")
@@ -118,24 +116,24 @@ class PlanReader:
                 return name
         if isinstance(found, bool) or found != 0:
             allowed = "3 (ArduPilot), 12 (PX4) or 0 (not said)"
-            self._add("mission.firmwareType", f"found {_shown(found)}, allowed are {allowed}", "firmware")
+            self._add("mission.firmwareType", f"found {shown(found)}, allowed are {allowed}", "firmware")
         return None
 
     def _vehicle_type(self, mission: dict[str, Any]) -> int:
         found = mission.get("vehicleType", 2)
-        if _is_number(found) and found in range(256):
+        if is_number(found) and found in range(256):
             return int(found)
         self._add(
-            "mission.vehicleType", f"found {_shown(found)}, a MAV_TYPE from 0 to 255 is expected", "number"
+            "mission.vehicleType", f"found {shown(found)}, a MAV_TYPE from 0 to 255 is expected", "number"
         )
         return 2
 
     def _speed(self, mission: dict[str, Any], key: str) -> float:
         found = mission.get(key, 10)
-        if _is_number(found) and 0 <= found <= 1000:
+        if is_number(found) and 0 <= found <= 1000:
             return float(found)
         self._add(
-            f"mission.{key}", f"found {_shown(found)}, metres a second from 0 to 1000 are expected", "number"
+            f"mission.{key}", f"found {shown(found)}, metres a second from 0 to 1000 are expected", "number"
         )
         return 10.0
 
@@ -177,8 +175,8 @@ class PlanReader:
             if not isinstance(entry, dict) or "doJumpId" not in entry:
                 continue
             found, place = entry["doJumpId"], f"mission.items[{index}].doJumpId"
-            if not _is_whole(found) or found < 1:
-                self._add(place, f"found {_shown(found)}, a whole number from 1 is expected", "jump-id")
+            if not is_whole(found) or found < 1:
+                self._add(place, f"found {shown(found)}, a whole number from 1 is expected", "jump-id")
             elif int(found) in index_of_id:
                 first = index_of_id[int(found)]
                 self._add(
@@ -196,7 +194,7 @@ class PlanReader:
             return None
         if entry.get("type") != "SimpleItem":
             found = entry.get("complexItemType", entry.get("type"))
-            found = f"{_shown(found)} is not a SimpleItem"
+            found = f"{shown(found)} is not a SimpleItem"
             self._add(
                 place, f"{found}; mavplan takes no ComplexItems: save it as waypoints first", "complex-item"
             )
@@ -207,7 +205,7 @@ class PlanReader:
         autocontinue = entry.get("autoContinue")
         if not isinstance(autocontinue, bool):
             self._add(
-                f"{place}.autoContinue", f"found {_shown(autocontinue)}, true or false is expected", "item"
+                f"{place}.autoContinue", f"found {shown(autocontinue)}, true or false is expected", "item"
             )
         if command is None or frame is None:
             return None
@@ -282,26 +280,26 @@ class PlanReader:
             self._add(place, f"{missing} missing: all three altitude keys or none of them", "altitude-keys")
             return
         mode, altitude = entry["AltitudeMode"], entry["Altitude"]
-        meant = FRAME_OF_MODE.get(mode) if _is_whole(mode) else None
+        meant = FRAME_OF_MODE.get(mode) if is_whole(mode) else None
         if meant is None or frame not in values.FRAME_IN_FILE:
             return
         if values.FRAME_IN_FILE[Frame(frame)] != meant:
             self._add(f"{place}.AltitudeMode", f"{mode} contradicts frame {frame}", "altitude-mode")
-        elif not _is_number(altitude) or abs(altitude - alt_m) > 0.01:
-            found = f"{_shown(altitude)} contradicts params[6], which is {alt_m:g}"
+        elif not is_number(altitude) or abs(altitude - alt_m) > 0.01:
+            found = f"{shown(altitude)} contradicts params[6], which is {alt_m:g}"
             self._add(f"{place}.Altitude", found, "altitude-mode")
 
     def _whole(self, entry: dict[str, Any], key: str, place: str) -> int | None:
         found = entry.get(key)
-        if found is not None and _is_whole(found):
+        if found is not None and is_whole(found):
             return int(found)
-        self._add(f"{place}.{key}", f"found {_shown(found)}, a whole number is expected", "number")
+        self._add(f"{place}.{key}", f"found {shown(found)}, a whole number is expected", "number")
         return None
 
     def _finite(self, value: Any, place: str) -> float | None:
-        if _is_number(value):
+        if is_number(value):
             return float(value)
-        self._add(place, f"found {_shown(value)}, a finite number is expected", "number")
+        self._add(place, f"found {shown(value)}, a finite number is expected", "number")
         return None
 
     def _where(self, place: str) -> str:
@@ -326,18 +324,3 @@ def _no_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         twice = next(key for key in keys if keys.count(key) > 1)
         raise ValueError(f'the key "{twice}" stands twice in one object')
     return result
-
-
-def _is_number(value: Any) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) < 1e300 and math.isfinite(value)
-
-
-def _is_whole(value: Any) -> bool:
-    return _is_number(value) and value == int(value)
-
-
-def _shown(value: Any) -> str:
-    text = "nothing" if value is None else json.dumps(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

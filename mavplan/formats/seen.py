@@ -24,6 +24,24 @@ class SeenItem(NamedTuple):
     alt_m: float
 
 
+class SeenArea(NamedTuple):
+    """One area of a fence as the file says it, in degrees and metres: a circle has one corner, a polygon radius 0."""
+
+    place: str
+    inclusion: bool
+    corners_deg: tuple[tuple[float, float], ...]
+    radius_m: float
+
+
+class SeenRally(NamedTuple):
+    """One rally point as the file says it: degrees, metres above home."""
+
+    place: str
+    lat_deg: float
+    lon_deg: float
+    alt_m: float
+
+
 @dataclass
 class Findings:
     """What one check has found; ``home`` is latitude, longitude in degrees and metres above sea level."""
@@ -32,6 +50,8 @@ class Findings:
     problems: list[Problem] = field(default_factory=list)
     home: tuple[float, float, float] = NO_HOME
     items: list[SeenItem] = field(default_factory=list)
+    areas: list[SeenArea] = field(default_factory=list)
+    rally: list[SeenRally] = field(default_factory=list)
     autopilot: str | None = None
     says_autopilot: bool = False
 

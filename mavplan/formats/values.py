@@ -6,6 +6,7 @@ from dataclasses import replace
 from decimal import Decimal
 
 from mavplan.errors import Problem
+from mavplan.mission.geofence import Fence, area_faults, rally_faults, rally_label
 from mavplan.mission.model import (
     POSITION_COMMANDS,
     Autopilot,
@@ -114,6 +115,7 @@ def home_alt_problem(alt_amsl_m: float, where: str) -> Problem | None:
 def mission_problems(mission: Mission) -> Iterator[Problem]:
     """Yield what keeps a mission from being written in any format; a mission that a reader gave has nothing."""
     yield from _home_problems(mission.home)
+    yield from _list_problems(mission)
     if not mission.items:
         yield Problem("mission", "there are no items", "empty")
     if len(mission.items) > MAX_ITEMS:
@@ -132,6 +134,17 @@ def mission_problems(mission: Mission) -> Iterator[Problem]:
         wrong += [jump_problem(item, len(mission.items), where)]
         wrong += [nowhere_problem(item, mission.autopilot, where)]
         yield from (problem for problem in wrong if problem is not None)
+
+
+def _list_problems(mission: Mission) -> Iterator[Problem]:
+    for label, area in (mission.fence or Fence()).labelled():
+        yield from (Problem(label, message, code) for message, code in area_faults(area))
+    for number, point in enumerate(mission.rally, start=1):
+        label = rally_label(number, point)
+        yield from (Problem(label, message, code) for message, code in rally_faults(point))
+        wrong = alt_problem(point.alt_rel_m, label) if math.isfinite(point.alt_rel_m) else None
+        if wrong is not None:
+            yield wrong
 
 
 def jump_problem(item: MissionItem, count: int, where: str) -> Problem | None:
@@ -157,6 +170,13 @@ def _home_problems(home: HomePosition) -> Iterator[Problem]:
         home_alt_problem(home.alt_amsl_m, "home"),
     )
     yield from (problem for problem in wrong if problem is not None)
+
+
+def json_number(value: float) -> float | int | None:
+    """Return a JSON number: null for NaN, whole numbers without a point."""
+    if math.isnan(value):
+        return None
+    return int(value) if value == int(value) else value
 
 
 def decimal_text(value: float) -> str:

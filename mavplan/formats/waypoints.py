@@ -113,6 +113,10 @@ def warnings(mission: Mission) -> tuple[Problem, ...]:
     if stopped:
         message = "autocontinue off is written as on: PX4 will not wait there; a .plan keeps it"
         found.append(Problem(_which(stopped), message, "autocontinue", "warning"))
+    for where, there in (("fence areas", mission.fence), ("rally points", mission.rally)):
+        if there:
+            message = "cannot stand in this format and are left out; a .plan keeps them"
+            found.append(Problem(where, message, "left-out", "warning"))
     return tuple(found)
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from mavplan.errors import InputError
 from mavplan.formats import plan, read_mission
+from mavplan.mission.geofence import Fence, FencePolygon
 from mavplan.mission.model import Autopilot, Command, Frame, HomePosition, Mission, MissionItem
 
 MakeMission = Callable[[Autopilot], Mission]
@@ -114,7 +115,7 @@ class TestWriting:
 
 class TestReading:
     def test_a_file_as_qgroundcontrol_saves_it(self) -> None:
-        """autoContinue false, more decimals than needed, ids with gaps, a fence: all understood, the fence told."""
+        """autoContinue false, more decimals than needed, ids with gaps, a fence: all understood."""
         mission = read_mission(QGC_FILE)
         assert mission.autopilot == "px4"
         assert mission.home == HomePosition(473_977_419, 85_455_940, 489.977)
@@ -126,7 +127,10 @@ class TestReading:
         assert jump.params == (1.0, 2.0, 0.0, 0.0)
         assert mission.items[int(jump.params[0])] is point
         assert (home.command, home.frame) == (20, Frame.MISSION)
-        assert [(problem.code, problem.severity) for problem in mission.warnings] == [("left-out", "warning")]
+        corners = ((473_990_000, 85_430_000), (473_990_000, 85_480_000), (473_960_000, 85_480_000))
+        assert mission.fence == Fence(polygons=(FencePolygon(True, corners),))
+        assert mission.rally == ()
+        assert mission.warnings == ()
 
     def test_a_generic_firmware_is_no_autopilot(self) -> None:
         """firmwareType 0 says nothing."""
