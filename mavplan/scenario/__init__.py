@@ -3,7 +3,16 @@
 from typing import TYPE_CHECKING, Any
 
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
-from mavplan.scenario.sections import D2D, Columns, Home, PlannerOptions, Radio, Service, Vehicle
+from mavplan.scenario.sections import (
+    D2D,
+    Columns,
+    FenceOptions,
+    Home,
+    PlannerOptions,
+    Radio,
+    Service,
+    Vehicle,
+)
 
 if TYPE_CHECKING:
     from mavplan.scenario.toml import load_scenario
@@ -12,6 +21,7 @@ __all__ = [
     "D2D",
     "UNPAIRED",
     "Columns",
+    "FenceOptions",
     "Home",
     "PlannerOptions",
     "Radio",

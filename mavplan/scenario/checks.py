@@ -51,7 +51,7 @@ def check_distances(users: FileUsers, home: Home, reach: "Reach | None", report:
     for i in np.flatnonzero(far_m > MAX_DISTANCE_M):
         message = (
             f"{users.names[i]} is {far_m[i] / 1000:,.1f} km from home; at most {MAX_DISTANCE_M / 1000:,.0f} km "
-            f"is allowed{_swapped_hint(users.lat_deg[i], users.lon_deg[i], home)}"
+            f"is allowed{swapped_hint(users.lat_deg[i], users.lon_deg[i], home)}"
         )
         report.error(users.places[i], message, "too-far")
     if reach is None:
@@ -106,7 +106,7 @@ def _distance_m(
     return distance_m
 
 
-def _swapped_hint(lat_deg: float, lon_deg: float, home: Home) -> str:
+def swapped_hint(lat_deg: float, lon_deg: float, home: Home) -> str:
     """Return a hint where a user would be near home with latitude and longitude the other way round."""
     if abs(lon_deg) > 90:
         return ""

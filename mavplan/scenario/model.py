@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavplan.errors import Problem
-from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service, Vehicle
+from mavplan.mission.geofence import Fence, RallyPoint
+from mavplan.scenario.sections import D2D, FenceOptions, Home, PlannerOptions, Radio, Service, Vehicle
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,7 +52,8 @@ class Users:
 class Scenario:
     """Everything that is known before planning, in SI units and local metres.
 
-    ``warnings`` holds what was noticed while reading: a pair beyond the D2D range, keys not used.
+    ``fence`` and ``rally`` stay in degrees, as they go into the mission. ``warnings`` holds what was noticed while
+    reading: a pair beyond the D2D range, keys not used.
     """
 
     home: Home
@@ -61,4 +63,7 @@ class Scenario:
     vehicle: Vehicle = field(default_factory=Vehicle)
     service: Service = field(default_factory=Service)
     planner: PlannerOptions = field(default_factory=PlannerOptions)
+    fence_options: FenceOptions = field(default_factory=FenceOptions)
+    fence: Fence | None = None
+    rally: tuple[RallyPoint, ...] = ()
     warnings: tuple[Problem, ...] = ()

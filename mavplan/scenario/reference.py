@@ -14,7 +14,19 @@ import annotated_types
 from pydantic.fields import FieldInfo
 
 from mavplan.scenario.report import figure
-from mavplan.scenario.sections import D2D, Columns, Home, PlannerOptions, Radio, Service, Vehicle
+from mavplan.scenario.sections import (
+    D2D,
+    Circle,
+    Columns,
+    FenceOptions,
+    Home,
+    PlannerOptions,
+    Radio,
+    Rally,
+    Service,
+    Vehicle,
+    Vertex,
+)
 
 SECTIONS: dict[str, type[Any]] = {
     "home": Home,
@@ -23,13 +35,21 @@ SECTIONS: dict[str, type[Any]] = {
     "d2d": D2D,
     "vehicle": Vehicle,
     "service": Service,
+    "fence": FenceOptions,
     "planner": PlannerOptions,
 }
 """Tables of ``scenario.toml`` by name, in the order in which they are documented."""
 
+LISTED: dict[str, type[Any]] = {"fence.circle": Circle, "fence.vertex": Vertex, "rally": Rally}
+"""Tables of which there may be many, and what an entry consists of."""
+
+AREA_LISTS = ("inclusion", "exclusion")
+"""Keys of ``[fence]`` that are lists of areas."""
+
+AREA_KEYS = ("polygon_deg", "circle")
+"""Keys of an area, of which each has exactly one."""
+
 RESERVED = {
-    "fence": "a fence",
-    "rally": "rally points",
     "no_fly": "no-fly zones",
     "terrain": "terrain",
     "wind": "wind",
@@ -104,8 +124,8 @@ class Key:
 
 @cache
 def keys_of(section: str) -> dict[str, Key]:
-    """Return the keys of a section by name, in the order of the section."""
-    kind = SECTIONS[section]
+    """Return the keys of a section, or of an entry of a list, by name and in its order."""
+    kind = SECTIONS[section] if section in SECTIONS else LISTED[section]
     hints = get_type_hints(kind, include_extras=True)
     found = {}
     for item in dataclasses.fields(kind):

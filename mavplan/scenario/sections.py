@@ -104,6 +104,41 @@ class Service:
 
 
 @dataclass(frozen=True, config=_CHECKED)
+class FenceOptions:
+    """What goes with the areas of the fence: a height above home not to exceed, a distance to keep from borders."""
+
+    max_alt_rel_m: Positive | None = None
+    margin_m: Annotated[float, Field(ge=0, le=1000)] = 3.0
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class Vertex:
+    """A corner of a fence polygon, WGS84 degrees."""
+
+    lat_deg: LatDeg
+    lon_deg: LonDeg
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class Circle:
+    """A round area of the fence: WGS84 degrees."""
+
+    lat_deg: LatDeg
+    lon_deg: LonDeg
+    radius_m: Annotated[float, Field(gt=0, le=100_000)]
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class Rally:
+    """A place to return to other than home: WGS84 degrees, altitude above home."""
+
+    lat_deg: LatDeg
+    lon_deg: LonDeg
+    alt_rel_m: Annotated[float, Field(gt=0, le=10000)]
+    name: str = ""
+
+
+@dataclass(frozen=True, config=_CHECKED)
 class PlannerOptions:
     """Which planner, how many clusters (``auto`` tries several), the seed of all that is random, the solver."""
 

@@ -7,15 +7,25 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from mavplan.scenario.checks import check_altitude, check_distances, check_planner, reach_of
+from mavplan.scenario.fence_checks import check_fence_places, check_heights
 from mavplan.scenario.files import read_text
+from mavplan.scenario.lists import ListedThings, read_lists
 from mavplan.scenario.model import Scenario, Users
-from mavplan.scenario.reference import RESERVED, SECTIONS, UNUSED, keys_of
+from mavplan.scenario.reference import AREA_LISTS, RESERVED, SECTIONS, UNUSED, keys_of
 from mavplan.scenario.report import Report, key_name, listed, nearest, shown
-from mavplan.scenario.sections import D2D, Columns, Home, PlannerOptions, Radio, Service, Vehicle
+from mavplan.scenario.sections import (
+    D2D,
+    Columns,
+    FenceOptions,
+    Home,
+    PlannerOptions,
+    Radio,
+    Service,
+    Vehicle,
+)
 from mavplan.scenario.users import FileUsers, read_users
+from mavplan.scenario.validate import sound_values
 
 MAX_BYTES = 1024 * 1024
 """A ``scenario.toml`` larger than this is some other file."""
@@ -48,6 +58,7 @@ def load_scenario(path: Path | str) -> Scenario:
         report.raise_errors()
         raise AssertionError("a file that could not be read left no problem")
     sections = _Sections(data, str(path), report)
+    things = read_lists(data, str(path), report)
     _note_unused(data, str(path), report)
     users_path = _users_path(data, path, report)
     _note_unknown(data, str(path), report)
@@ -65,6 +76,10 @@ def load_scenario(path: Path | str) -> Scenario:
     check_planner(sections.planner, str(path), report)
     if sections.sound("radio", "vehicle"):
         check_altitude(sections.radio, sections.vehicle, str(path), report)
+    if sections.sound("fence", "vehicle"):
+        check_heights(things.rally, sections.fence, sections.vehicle, str(path), report)
+    if sections.home is not None and things.sound and sections.sound("fence"):
+        check_fence_places(things, sections.fence, sections.home, str(path), report)
     if users is not None and sections.home is not None:
         reach = (
             reach_of(sections.vehicle, sections.radio, sections.d2d)
@@ -75,10 +90,12 @@ def load_scenario(path: Path | str) -> Scenario:
     report.raise_errors()
     if users is None or sections.home is None:
         raise AssertionError("a scenario without users or home left no problem")
-    return _scenario(sections, sections.home, users, str(path), report)
+    return _scenario(sections, sections.home, users, things, str(path), report)
 
 
-def _scenario(sections: "_Sections", home: Home, users: FileUsers, label: str, report: Report) -> Scenario:
+def _scenario(
+    sections: "_Sections", home: Home, users: FileUsers, things: ListedThings, label: str, report: Report
+) -> Scenario:
     """Put checked parts together: metres about home, pairs within range."""
     from mavplan.d2d import keep_pairs_in_range, match_pairs, unpaired
     from mavplan.geo import LocalPlane
@@ -102,6 +119,9 @@ def _scenario(sections: "_Sections", home: Home, users: FileUsers, label: str, r
         vehicle=sections.vehicle,
         service=sections.service,
         planner=sections.planner,
+        fence_options=sections.fence,
+        fence=things.fence,
+        rally=things.rally,
         warnings=report.warnings(),
     )
 
@@ -141,7 +161,7 @@ def _users_path(data: dict[str, Any], path: Path, report: Report) -> Path | None
 def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
     """Note tables that are set aside for later, and keys at the top that nobody knows."""
     for name in data:
-        if name == "users" or name in SECTIONS:
+        if name in ("users", "rally") or name in SECTIONS:
             continue
         if name in RESERVED:
             message = (
@@ -149,7 +169,7 @@ def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
             )
             report.warning(f"{label}, [{name}]", message.replace("no a ", "no "), "not-honoured")
             continue
-        known = ["users", *SECTIONS, *RESERVED]
+        known = ["users", *SECTIONS, "rally", *RESERVED]
         message = f"is not known{_remedy(name, known, '')}"
         report.error(f"{label}, {key_name(name)}", message, "unknown-key")
 
@@ -186,6 +206,7 @@ class _Sections:
     d2d: D2D
     vehicle: Vehicle
     service: Service
+    fence: FenceOptions
     planner: PlannerOptions
 
     def __init__(self, data: dict[str, Any], label: str, report: Report) -> None:
@@ -211,35 +232,18 @@ class _Sections:
             wrong = "[[…]], a list of tables" if isinstance(table, list) else shown(table)
             report.error(f"{label}, {name}", f"found {wrong}; allowed is one table [{name}]", "wrong-type")
             return None if required else kind()
-        good = dict(table)
-        for found in _validation_errors(kind, table):
+        lists = AREA_LISTS if name == "fence" else ()
+        table = {key: value for key, value in table.items() if key not in lists}
+        before, known = report.count, [*keys, *lists]
+        good = sound_values(
+            kind, keys, table, f"{label}, [{name}]", report, lambda key: _remedy(key, known, name)
+        )
+        if report.count > before:
             self._faulty.add(name)
-            key = str(found["loc"][0])
-            good.pop(key, None)
-            place = f"{label}, [{name}] {key_name(key)}"
-            if key not in keys:
-                report.error(place, f"is not known{_remedy(key, list(keys), name)}", "unknown-key")
-            elif key not in table:
-                report.error(place, f"is missing; needed is {keys[key].allowed_with_unit}", "missing-key")
-            else:
-                message = f"found {shown(table[key])}; allowed is {keys[key].allowed_with_unit}"
-                report.error(place, message, "out-of-range")
         if any(key not in good for key in required):
             return None
         made: object = kind(**good)
         return made
-
-
-def _validation_errors(kind: type[Any], table: dict[str, Any]) -> list[Any]:
-    """Return the first thing that pydantic finds wrong with each key."""
-    try:
-        kind(**table)
-    except ValidationError as error:
-        first: dict[object, Any] = {}
-        for found in error.errors(include_url=False, include_context=False, include_input=False):
-            first.setdefault(found["loc"][0], found)
-        return list(first.values())
-    return []
 
 
 def _in_words(names: list[str]) -> str:

@@ -10,7 +10,8 @@ from pydantic import ValidationError
 
 from mavplan.cli.init import template_text
 from mavplan.planners import PLANNERS
-from mavplan.scenario.reference import SECTIONS, keys_of
+from mavplan.scenario import load_scenario
+from mavplan.scenario.reference import AREA_KEYS, LISTED, SECTIONS, keys_of
 from mavplan.scenario.report import figure
 
 DOCS = Path(__file__).resolve().parents[2] / "docs/scenario.md"
@@ -21,8 +22,8 @@ def template_with_everything():
     """The template with its commented keys taken in, and the comment beside each key."""
     lines, comments, section = [], {}, ""
     for line in template_text("scenario.toml").splitlines():
-        text = re.sub(r"^# (?=[a-z_0-9]+ = )", "", line)
-        if header := re.match(r"\[([a-z0-9]+)\]", text):
+        text = re.sub(r"^# (?=[a-z_0-9]+ = |\[\[)", "", line)
+        if header := re.match(r"\[\[?([a-z0-9.]+)\]", text):
             section = header[1]
         if key := re.match(r"([a-z_0-9]+) = [^#]*(#.*)?$", text):
             comments[section, key[1]] = key[2] or ""
@@ -34,9 +35,21 @@ def test_the_template_documents_every_key_and_no_other():
     """What sections.py knows stands in the template, and nothing else does."""
     data, _ = template_with_everything()
     assert data.pop("users") == "users.csv"
+    (rally,) = data.pop("rally")
+    assert set(rally) == set(keys_of("rally"))
+    ((polygon,), (circle,)) = (data["fence"].pop("inclusion"), data["fence"].pop("exclusion"))
+    assert set(polygon) | set(circle) == {"polygon_deg", "circle"}
+    assert set(circle["circle"]) == set(keys_of("fence.circle"))
     assert {(section, key) for section, table in data.items() for key in table} == {
         (key.section, key.name) for key in ALL_KEYS
     }
+
+
+@pytest.mark.parametrize("key", keys_of("rally").values(), ids=lambda key: key.place)
+def test_the_template_says_range_and_unit_of_a_rally_points_keys(key):
+    """Its comments as the section has them."""
+    _, comments = template_with_everything()
+    assert key.allowed_with_unit in comments["rally", key.name]
 
 
 @pytest.mark.parametrize("key", ALL_KEYS, ids=lambda key: key.place)
@@ -53,11 +66,14 @@ def test_the_template_says_default_range_and_unit(key):
         assert key.allowed_with_unit in comments[key.section, key.name]
 
 
-def test_the_template_with_everything_in_is_a_good_scenario():
-    """No commented value is out of its range."""
-    data, _ = template_with_everything()
-    for section, kind in SECTIONS.items():
-        kind(**data[section])
+def test_the_template_with_everything_in_is_a_good_scenario(tmp_path):
+    """No commented value is out of its range, nor at odds with another."""
+    text = template_text("scenario.toml")
+    text = re.sub(r"^# (?=[a-z_0-9]+ = |\[\[)", "", text, flags=re.MULTILINE)
+    (tmp_path / "scenario.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "users.csv").write_text(template_text("users.csv"), encoding="utf-8")
+    scenario = load_scenario(tmp_path / "scenario.toml")
+    assert len(scenario.fence.polygons) == len(scenario.fence.circles) == len(scenario.rally) == 1
 
 
 def test_only_needed_keys_are_not_commented_out():
@@ -71,7 +87,7 @@ def documented():
     rows, section = {}, ""
     for line in DOCS.read_text(encoding="utf-8").splitlines():
         if line.startswith("## "):
-            header = re.match(r"## `\[([a-z0-9]+)\]`", line)
+            header = re.match(r"## `\[\[?([a-z0-9.]+)\]", line)
             section = header[1] if header else ""
         if section and (cells := re.match(r"\| `([a-z_0-9]+)` \|([^|]*)\|([^|]*)\|([^|]*)\|[^|]+\|$", line)):
             rows[section, cells[1]] = tuple(cell.strip() for cell in cells.groups()[1:])
@@ -79,11 +95,12 @@ def documented():
 
 
 def test_the_documentation_has_every_key_and_no_other():
-    """One row a key."""
-    assert documented().keys() == {(key.section, key.name) for key in ALL_KEYS}
+    """One row a key; an area's two keys stand under inclusion."""
+    known = {(key.section, key.name) for key in (*ALL_KEYS, *keys_of("rally").values())}
+    assert documented().keys() == known | {("fence.inclusion", key) for key in AREA_KEYS}
 
 
-@pytest.mark.parametrize("key", ALL_KEYS, ids=lambda key: key.place)
+@pytest.mark.parametrize("key", [*ALL_KEYS, *keys_of("rally").values()], ids=lambda key: key.place)
 def test_the_documentation_says_unit_default_and_range(key):
     """As the sections have them."""
     unit, default, allowed = documented()[key.section, key.name]
@@ -93,16 +110,21 @@ def test_the_documentation_says_unit_default_and_range(key):
         assert default == "needed"
     elif key.default is not None:
         value = key.default
-        assert default == (figure(value) if isinstance(value, int | float) else value)
+        assert default == (figure(value) if isinstance(value, int | float) else value or "none")
     else:
         assert default not in ("", "needed")
 
 
-@pytest.mark.parametrize("key", [key for key in ALL_KEYS if key.low > -1e300], ids=lambda key: key.place)
+LISTED_KEYS = [key for kind in LISTED for key in keys_of(kind).values()]
+
+
+@pytest.mark.parametrize(
+    "key", [key for key in (*ALL_KEYS, *LISTED_KEYS) if key.low > -1e300], ids=lambda key: key.place
+)
 def test_the_described_range_is_the_one_that_is_checked(key):
     """Values on and beside both ends: the description and the section agree."""
-    kind = SECTIONS[key.section]
-    needed = {item.name: 0.0 for item in dataclasses.fields(kind) if item.default is dataclasses.MISSING}
+    kind = {**SECTIONS, **LISTED}[key.section]
+    needed = {item.name: 1.0 for item in dataclasses.fields(kind) if item.default is dataclasses.MISSING}
     whole = "whole number" in key.allowed
     for end in (key.low, key.high):
         if abs(end) > 1e300:

@@ -192,14 +192,11 @@ def test_the_users_file_must_be_named_and_there(desk, line, words):
 def test_what_is_set_aside_for_later_is_a_warning_each_time(desk):
     """Whoever draws a no-fly zone must not believe that it holds."""
     scenario = desk.load(
-        toml="[fence]\nx=1\n[[rally]]\nx=1\n[[no_fly]]\nx=1\n[terrain]\n[wind]\nspeed_m_s=3\n"
-        "[vehicle]\nbattery_wh = 99\nmass_kg = 2\n"
+        toml="[[no_fly]]\nx=1\n[terrain]\n[wind]\nspeed_m_s=3\n[vehicle]\nbattery_wh = 99\nmass_kg = 2\n"
     )
     assert [problem.where.rpartition(", ")[2] for problem in scenario.warnings] == [
         "[vehicle] battery_wh",
         "[vehicle] mass_kg",
-        "[fence]",
-        "[rally]",
         "[no_fly]",
         "[terrain]",
         "[wind]",

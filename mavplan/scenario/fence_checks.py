@@ -1,0 +1,96 @@
+"""Checks of fence and rally points beyond single values: against home, altitude and each other."""
+
+from collections.abc import Iterator
+
+from mavplan.geo import LocalPlane, geodesic_distance_m
+from mavplan.mission.autopilots import AUTOPILOTS
+from mavplan.mission.geofence import FenceArea, FencePolygon, RallyPoint
+from mavplan.scenario.checks import MAX_DISTANCE_M, swapped_hint
+from mavplan.scenario.lists import ListedThings
+from mavplan.scenario.report import Report, figure
+from mavplan.scenario.sections import FenceOptions, Home, Vehicle
+
+ALTITUDE_LIMIT = {"ardupilot": "FENCE_ALT_MAX", "px4": "GF_MAX_VER_DIST"}
+"""The parameter that limits a vehicle's height above home."""
+
+
+def check_fence_places(
+    things: ListedThings, options: FenceOptions, home: Home, label: str, report: Report
+) -> None:
+    """Note areas and rally points far from home, and home or rally points that are not well within the fence."""
+    for place, lat_e7, lon_e7 in _places(things):
+        lat_deg, lon_deg = lat_e7 / 1e7, lon_e7 / 1e7
+        far_m = float(geodesic_distance_m(home.lat_deg, home.lon_deg, lat_deg, lon_deg))
+        if far_m > MAX_DISTANCE_M:
+            message = (
+                f"{figure(lat_deg)}, {figure(lon_deg)} is {far_m / 1000:,.1f} km from home; at most "
+                f"{MAX_DISTANCE_M / 1000:,.0f} km is allowed{swapped_hint(lat_deg, lon_deg, home)}"
+            )
+            report.error(f"{label}, {place}", message, "too-far")
+            return  # a swap is one slip of the pen, and says nothing about the rest
+    if things.fence is None:
+        return
+    from mavplan.mission.fence_check import place_breaches
+    from mavplan.mission.fence_geometry import plane_areas
+
+    plane = LocalPlane(home.lat_deg, home.lon_deg)
+    areas = plane_areas(things.fence, plane)
+    home_e7 = (round(home.lat_deg * 1e7), round(home.lon_deg * 1e7))
+    stands = [("[home]", home_e7)]
+    stands += [
+        (_rally_place(number), (point.lat_e7, point.lon_e7))
+        for number, point in enumerate(things.rally, start=1)
+    ]
+    for place, place_e7 in stands:
+        for problem in place_breaches(f"{label}, {place}", place_e7, areas, plane, options.margin_m):
+            report.add(problem)
+
+
+def _places(things: ListedThings) -> Iterator[tuple[str, int, int]]:
+    areas: tuple[FenceArea, ...] = (*things.fence.polygons, *things.fence.circles) if things.fence else ()
+    for area in areas:
+        if isinstance(area, FencePolygon):
+            yield from ((area.name, lat_e7, lon_e7) for lat_e7, lon_e7 in area.vertices_e7)
+        else:
+            yield area.name, area.lat_e7, area.lon_e7
+    for number, point in enumerate(things.rally, start=1):
+        yield _rally_place(number), point.lat_e7, point.lon_e7
+
+
+def _rally_place(number: int) -> str:
+    return f"[[rally]] {number}"
+
+
+def check_heights(
+    rally: tuple[RallyPoint, ...], options: FenceOptions, vehicle: Vehicle, label: str, report: Report
+) -> None:
+    """Note heights above the fence's limit, and rally altitudes that the autopilot would not store as they are."""
+    from mavplan.mission.fence_wire import rally_altitude_faults
+    from mavplan.mission.flight_law import LAWS
+
+    rules = AUTOPILOTS[vehicle.autopilot]
+    limit_m = options.max_alt_rel_m
+    for number, point in enumerate(rally, start=1):
+        where = f"{label}, {_rally_place(number)} alt_rel_m"
+        for message, code in rally_altitude_faults(point, rules):
+            report.error(where, message, code)
+        if limit_m is not None and point.alt_rel_m > limit_m:
+            report.error(where, _too_high(point.alt_rel_m, limit_m), "fence-height")
+    if limit_m is None:
+        return
+    where = f"{label}, [vehicle] altitude_m"
+    return_m = LAWS[vehicle.autopilot].return_height_m
+    if vehicle.altitude_m > limit_m:
+        report.error(where, _too_high(vehicle.altitude_m, limit_m), "fence-height")
+    elif vehicle.end == "rtl" and return_m > limit_m:
+        found = f"with default parameters {rules.title} returns at {figure(return_m)} m or higher"
+        report.error(where, f"{found}; [fence] max_alt_rel_m = {figure(limit_m)}", "fence-height")
+    message = (
+        "holds for the plan only: neither a file nor the vehicle's fence carries it; "
+        f"set {ALTITUDE_LIMIT[vehicle.autopilot]} on the vehicle"
+    )
+    report.warning(f"{label}, [fence] max_alt_rel_m", message, "not-carried")
+
+
+def _too_high(found_m: float, limit_m: float) -> str:
+    return f"found {figure(found_m)}; [fence] max_alt_rel_m = {figure(limit_m)} is the limit"

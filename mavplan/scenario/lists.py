@@ -1,0 +1,140 @@
+"""Reading ``[[fence.inclusion]]``, ``[[fence.exclusion]]`` and ``[[rally]]``: lists of tables, every problem noted."""
+
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from mavplan.geo import E7
+from mavplan.mission.geofence import Fence, FenceArea, FenceCircle, FencePolygon, RallyPoint, area_faults
+from mavplan.scenario.reference import AREA_KEYS, AREA_LISTS, LISTED, keys_of
+from mavplan.scenario.report import Report, key_name, listed, nearest, shown
+from mavplan.scenario.validate import sound_values
+
+
+@dataclass(frozen=True, slots=True)
+class ListedThings:
+    """What the lists hold; ``sound`` is whether nothing in them had a problem."""
+
+    fence: Fence | None
+    rally: tuple[RallyPoint, ...]
+    sound: bool
+
+
+def read_lists(data: dict[str, Any], label: str, report: Report) -> ListedThings:
+    """Return the fence areas and rally points of a scenario.
+
+    Parameters
+    ----------
+    data
+        The whole file.
+    label
+        What to call it in problems.
+    report
+        Takes the problems.
+    """
+    before = report.count
+    table = data.get("fence", {})
+    areas: list[FenceArea] = []
+    for name in AREA_LISTS if isinstance(table, dict) else ():  # else a problem of the section
+        for place, entry in _tables(table.get(name, []), f"fence.{name}", label, report):
+            area = _area(entry, name == "inclusion", place, label, report)
+            areas += [area] if area is not None else []
+    rally = [
+        point
+        for place, entry in _tables(data.get("rally", []), "rally", label, report)
+        if (point := _rally(entry, f"{label}, {place}", report)) is not None
+    ]
+    fence = Fence(
+        polygons=tuple(area for area in areas if isinstance(area, FencePolygon)),
+        circles=tuple(area for area in areas if isinstance(area, FenceCircle)),
+    )
+    return ListedThings(fence or None, tuple(rally), report.count == before)
+
+
+def _tables(found: Any, name: str, label: str, report: Report) -> list[tuple[str, dict[str, Any]]]:
+    """Return each table of a list with its place, for instance ``[[rally]] 2``."""
+    if isinstance(found, list) and all(isinstance(entry, dict) for entry in found):
+        return [(f"[[{name}]] {number}", entry) for number, entry in enumerate(found, start=1)]
+    message = f"found {shown(found)}; allowed is a list of tables, each headed [[{name}]]"
+    report.error(f"{label}, {name}", message, "wrong-type")
+    return []
+
+
+def _remedy(key: str, known: tuple[str, ...]) -> str:
+    like = nearest(key, known)
+    return f"; nearest is {like}" if like else f"; known are {listed(known)}"
+
+
+def _area(entry: dict[str, Any], inclusion: bool, place: str, label: str, report: Report) -> FenceArea | None:
+    where = f"{label}, {place}"
+    for key in entry:
+        if key not in AREA_KEYS:
+            report.error(f"{where} {key_name(key)}", f"is not known{_remedy(key, AREA_KEYS)}", "unknown-key")
+    given = [key for key in AREA_KEYS if key in entry]
+    if len(given) != 1:
+        found = "both are there" if given else "neither is there"
+        report.error(where, f"{found}; an area is either polygon_deg or circle", "area")
+        return None
+    if given == ["polygon_deg"]:
+        vertices = _vertices(entry["polygon_deg"], f"{where} polygon_deg", report)
+        return _sound(FencePolygon(inclusion, vertices, place), where, report) if vertices else None
+    table = entry["circle"]
+    if not isinstance(table, dict):
+        allowed = "{ lat_deg = …, lon_deg = …, radius_m = … }"
+        report.error(f"{where} circle", f"found {shown(table)}; allowed is {allowed}", "wrong-type")
+        return None
+    values = _values("fence.circle", table, f"{where} circle", report)
+    if values is None:
+        return None
+    circle = FenceCircle(inclusion, *_place_e7(values), float(values["radius_m"]), place)
+    return _sound(circle, where, report)
+
+
+Area = TypeVar("Area", FencePolygon, FenceCircle)
+
+
+def _sound(area: Area, where: str, report: Report) -> Area | None:
+    faults = list(area_faults(area))
+    for message, code in faults:
+        report.error(where, message, code)
+    return None if faults else area
+
+
+def _vertices(found: Any, where: str, report: Report) -> tuple[tuple[int, int], ...] | None:
+    """Return the vertices of a polygon; None if there are none, or any of them is no place."""
+    if not isinstance(found, list) or not found:
+        message = f"found {shown(found)}; allowed is a list of vertices: [[lat, lon], [lat, lon], …]"
+        report.error(where, message, "wrong-type")
+        return None
+    places: list[tuple[int, int]] = []
+    for number, pair in enumerate(found, start=1):
+        vertex = f"{where} vertex {number}"
+        if not isinstance(pair, list) or len(pair) != 2:
+            words = f"a list of {len(pair)}" if isinstance(pair, list) else shown(pair)
+            report.error(vertex, f"found {words}; allowed is [latitude, longitude]", "wrong-type", where)
+            continue
+        values = _values("fence.vertex", dict(zip(("lat_deg", "lon_deg"), pair, strict=True)), vertex, report)
+        places += [_place_e7(values)] if values is not None else []
+    return tuple(places) if len(places) == len(found) else None
+
+
+def _rally(entry: dict[str, Any], where: str, report: Report) -> RallyPoint | None:
+    values = _values("rally", entry, where, report)
+    if values is None:
+        return None
+    return RallyPoint(*_place_e7(values), float(values["alt_rel_m"]), _printable(values.get("name", "")))
+
+
+def _printable(name: str) -> str:
+    """Return a name as messages may show it."""
+    return "".join(character if character.isprintable() else " " for character in name[:60]).strip()
+
+
+def _values(kind: str, table: dict[str, Any], where: str, report: Report) -> dict[str, Any] | None:
+    """Return the checked values of a table, None with the problems noted."""
+    before, keys = report.count, keys_of(kind)
+    good = sound_values(LISTED[kind], keys, table, where, report, lambda key: _remedy(key, tuple(keys)))
+    return good if report.count == before else None
+
+
+def _place_e7(values: dict[str, Any]) -> tuple[int, int]:
+    return round(values["lat_deg"] * E7), round(values["lon_deg"] * E7)
