@@ -4,21 +4,24 @@ The way of the data in one page; each step is a module of its own. No files here
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from mavplan.errors import Problem
+from mavplan.errors import InputError, Problem
 from mavplan.geo import LocalPlane
 from mavplan.hover import Holds, hold_times
 from mavplan.mission.autopilots import AUTOPILOTS, AutopilotRules
 from mavplan.mission.build import BuiltMission, build_mission
+from mavplan.mission.fence_check import flown_legs, mission_breaches
+from mavplan.mission.fence_wire import fence_problems
 from mavplan.mission.forecast import Forecast, forecast
-from mavplan.mission.model import HomePosition
+from mavplan.mission.model import HomePosition, Mission
 from mavplan.planners import plan_trajectory
 from mavplan.planners.index import joint_index
 from mavplan.planners.sbw import sbw
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import Channel
+from mavplan.scenario.fence_checks import height_faults
 from mavplan.scenario.model import Scenario
 
 HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
@@ -67,7 +70,8 @@ def make_plan(
     Raises
     ------
     InputError
-        Nobody can be reached, a hold cannot be stored, the planner is unknown, the benchmark has too many strips.
+        Nobody can be reached, a hold cannot be stored, the planner is unknown, the benchmark has too many strips, the
+        mission would leave its fence.
     """
     vehicle, home = scenario.vehicle, scenario.home
     rules = AUTOPILOTS[vehicle.autopilot]
@@ -89,6 +93,7 @@ def make_plan(
         end=vehicle.end,
         hover=hover,
     )
+    built = _fenced(built, scenario, rules)
     expected = forecast(
         stops_m=flown_m,
         holds_s=[hold_s or 0.0 for hold_s in holds_s],
@@ -100,3 +105,36 @@ def make_plan(
     )
     benchmark = sbw(scenario.users, Channel(scenario.radio, vehicle.altitude_m, scenario.d2d))
     return Plan(scenario, rules, trajectory, holds, built, expected, joint_index(trajectory, benchmark))
+
+
+def _fenced(built: BuiltMission, scenario: Scenario, rules: AutopilotRules) -> BuiltMission:
+    """Return the mission with its fence and rally points.
+
+    Raises
+    ------
+    InputError
+        Every stop and leg that would leave the fence, and what the autopilot would not store.
+    """
+    mission = replace(built.mission, fence=scenario.fence, rally=scenario.rally)
+    names: dict[int, str] = {}
+    for number, stop in enumerate(built.stop_items, start=1):
+        names |= {stop.first: f"stop {number}", stop.hold: f"stop {number}"}
+    heights = height_faults(scenario.rally, scenario.fence_options, scenario.vehicle)
+    noticed = fence_problems(mission, rules)
+    problems = [
+        *(Problem(where, message, code) for where, message, code in heights),
+        *(problem for problem in noticed if problem.severity == "error"),
+        *mission_breaches(mission, margin_m=scenario.fence_options.margin_m, names=names),
+    ]
+    if problems:
+        raise InputError(problems)
+    return replace(built, mission=mission, warnings=(*built.warnings, *noticed, *_elsewhere(mission)))
+
+
+def _elsewhere(mission: Mission) -> tuple[Problem, ...]:
+    """Return a warning for each rally point at which the mission's own return may end."""
+    ends = {leg.end.name: None for leg in flown_legs(mission) if leg.returning and leg.end.name != "home"}
+    found = (
+        "is nearer than home to where the return begins: it may end there, and the forecast does not know it"
+    )
+    return tuple(Problem(name, found, "rally-return", "warning") for name in ends)

@@ -7,11 +7,11 @@ demands again without the scenario.
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping
 from typing import Any
 
 from mavplan.plan import Plan
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
+from mavplan.scenario.sections import FenceOptions
 
 VERSION = 1
 
@@ -102,8 +102,8 @@ def dumps(plan: Plan) -> str:
     return json.dumps(document(plan), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def sections(scenario: Scenario) -> dict[str, Mapping[str, Any]]:
-    """Return every section with its values, defaults included."""
+def sections(scenario: Scenario) -> dict[str, dict[str, Any]]:
+    """Return every section with its values, defaults included; fence and rally points where there are any."""
     named: dict[str, Any] = {
         "home": scenario.home,
         "radio": scenario.radio,
@@ -112,7 +112,14 @@ def sections(scenario: Scenario) -> dict[str, Mapping[str, Any]]:
         "service": scenario.service,
         "planner": scenario.planner,
     }
-    return {name: dataclasses.asdict(section) for name, section in named.items()}
+    if scenario.fence_options != FenceOptions():
+        named["fence_options"] = scenario.fence_options
+    if scenario.fence is not None:
+        named["fence"] = scenario.fence
+    found = {name: dataclasses.asdict(section) for name, section in named.items()}
+    if scenario.rally:
+        found["rally"] = {"points": [dataclasses.asdict(point) for point in scenario.rally]}
+    return found
 
 
 def fingerprint(scenario: Scenario) -> str:

@@ -1,5 +1,6 @@
 """Checks of fence and rally points beyond single values: against home, altitude and each other."""
 
+import math
 from collections.abc import Iterator
 
 from mavplan.geo import LocalPlane, geodesic_distance_m
@@ -65,32 +66,34 @@ def check_heights(
     rally: tuple[RallyPoint, ...], options: FenceOptions, vehicle: Vehicle, label: str, report: Report
 ) -> None:
     """Note heights above the fence's limit, and rally altitudes that the autopilot would not store as they are."""
+    for where, message, code in height_faults(rally, options, vehicle):
+        report.error(f"{label}, {where}", message, code)
+    if options.max_alt_rel_m is not None:
+        message = (
+            "holds for the plan only: neither a file nor the vehicle's fence carries it; on the vehicle set "
+            f"{ALTITUDE_LIMIT[vehicle.autopilot]}"
+        )
+        report.warning(f"{label}, [fence] max_alt_rel_m", message, "not-carried")
+
+
+def height_faults(
+    rally: tuple[RallyPoint, ...], options: FenceOptions, vehicle: Vehicle
+) -> Iterator[tuple[str, str, str]]:
+    """Yield place in the scenario, message and code of every height that may not be, for this autopilot."""
     from mavplan.mission.fence_wire import rally_altitude_faults
     from mavplan.mission.flight_law import LAWS
 
     rules = AUTOPILOTS[vehicle.autopilot]
-    limit_m = options.max_alt_rel_m
+    limit_m = math.inf if options.max_alt_rel_m is None else options.max_alt_rel_m
+    over = f"; [fence] max_alt_rel_m = {figure(limit_m)} is the limit"
     for number, point in enumerate(rally, start=1):
-        where = f"{label}, {_rally_place(number)} alt_rel_m"
-        for message, code in rally_altitude_faults(point, rules):
-            report.error(where, message, code)
-        if limit_m is not None and point.alt_rel_m > limit_m:
-            report.error(where, _too_high(point.alt_rel_m, limit_m), "fence-height")
-    if limit_m is None:
-        return
-    where = f"{label}, [vehicle] altitude_m"
-    return_m = LAWS[vehicle.autopilot].return_height_m
+        where = f"{_rally_place(number)} alt_rel_m"
+        yield from ((where, message, code) for message, code in rally_altitude_faults(point, rules))
+        if point.alt_rel_m > limit_m:
+            yield where, f"found {figure(point.alt_rel_m)}{over}", "fence-height"
+    where, return_m = "[vehicle] altitude_m", LAWS[vehicle.autopilot].return_height_m
     if vehicle.altitude_m > limit_m:
-        report.error(where, _too_high(vehicle.altitude_m, limit_m), "fence-height")
+        yield where, f"found {figure(vehicle.altitude_m)}{over}", "fence-height"
     elif vehicle.end == "rtl" and return_m > limit_m:
         found = f"with default parameters {rules.title} returns at {figure(return_m)} m or higher"
-        report.error(where, f"{found}; [fence] max_alt_rel_m = {figure(limit_m)}", "fence-height")
-    message = (
-        "holds for the plan only: neither a file nor the vehicle's fence carries it; "
-        f"set {ALTITUDE_LIMIT[vehicle.autopilot]} on the vehicle"
-    )
-    report.warning(f"{label}, [fence] max_alt_rel_m", message, "not-carried")
-
-
-def _too_high(found_m: float, limit_m: float) -> str:
-    return f"found {figure(found_m)}; [fence] max_alt_rel_m = {figure(limit_m)} is the limit"
+        yield where, f"{found}{over}", "fence-height"
