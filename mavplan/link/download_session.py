@@ -77,9 +77,10 @@ class DownloadSession(Session):
             if download.outcome is None:
                 download.restart(now, 1.0)
         download.tick(now)
-        if self._home is None and self._home_at <= now < self._home_until:
+        if self._home is None and self._home_at <= now:
             self._home_at = now + HOME_AGAIN_S
-            self._outbox.append(request_message(vehicle.address, HOME_POSITION_ID))
+            if now < self._home_until:
+                self._outbox.append(request_message(vehicle.address, HOME_POSITION_ID))
         self._advance(download, vehicle, now)
         self._outbox += download.to_send()
         self._notes += download.events()
@@ -99,9 +100,13 @@ class DownloadSession(Session):
             self.mission, self.warnings = from_wire(outcome.items, self.rules, self._home, vehicle.mav_type)
 
     def _timers(self) -> list[float | None]:
-        timers = [self._download.next_timer() if self._download is not None else None]
-        if self._home is None:
-            timers += [at for at in (self._home_at, self._home_until) if at <= self._home_until]
+        if self._download is None:
+            return []
+        timers = [self._download.next_timer()]
+        if self._home is None and self._home_at < self._home_until:
+            timers.append(self._home_at)
+        if self._download.outcome is not None:
+            timers.append(self._home_until)
         return timers
 
     def _expire(self, now: float, cause: str) -> None:

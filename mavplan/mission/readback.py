@@ -67,7 +67,7 @@ KEEPS: dict[Autopilot, Keeps] = {
             Command.NAV_WAYPOINT: (_EXACT, _ZERO, _ZERO, _ZERO),
             Command.NAV_LOITER_UNLIM: (_ZERO, _ZERO, _EXACT, _ZERO),
             Command.NAV_LOITER_TIME: (_EXACT, _ZERO, Kept.SIGN, Kept.FLAG),
-            Command.NAV_LAND: (_EXACT, _ZERO, _ZERO, _ZERO),
+            Command.NAV_LAND: (_EXACT, _ZERO, _ZERO, Kept.SIGN),  # the way it turns
             Command.NAV_TAKEOFF: (_EXACT, _ZERO, _ZERO, _ZERO),
             Command.NAV_RETURN_TO_LAUNCH: (_ZERO, _ZERO, _ZERO, _ZERO),
             Command.NAV_DELAY: (_EXACT, _EXACT, _EXACT, _EXACT),

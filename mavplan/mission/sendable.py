@@ -23,6 +23,15 @@ UNUSED_PARAMS: dict[int, frozenset[int]] = {
 }
 """Parameters (1 to 4) that MAVLink leaves empty for a multirotor: a NaN there means nothing and is sent as 0."""
 
+WHOLE_ON_ARDUPILOT: dict[int, dict[int, tuple[int, int]]] = {
+    Command.NAV_LOITER_UNLIM: {3: (-65_535, 65_535)},
+    Command.NAV_LAND: {1: (0, 65_535)},
+    Command.NAV_TAKEOFF: {1: (0, 65_535)},
+    Command.NAV_DELAY: {2: (-128, 127), 3: (-128, 127), 4: (-128, 127)},
+    Command.DO_CHANGE_SPEED: {1: (0, 255)},
+}
+"""Parameters that ArduPilot keeps as small integers, by AP_Mission's layout of a stored item, and their ranges."""
+
 HOLD_COMMANDS = frozenset({Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME})
 POSITION_FRAMES = frozenset(
     {Frame.GLOBAL, Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_INT, Frame.GLOBAL_RELATIVE_ALT_INT}
@@ -38,6 +47,7 @@ MAX_COUNT = 65_535
 MAX_ARDUPILOT_ALT_M = 83_000.0
 MAX_ARDUPILOT_PARAM = 65_535.0
 """Kept as uint16 or smaller in several commands; a far larger number has stopped the simulator."""
+MAX_HEADING_DEG = 360.0
 MAX_PARAM = 1e9
 """Far beyond anything meant, far below the end of float32."""
 
@@ -186,6 +196,15 @@ def _param_problems(item: MissionItem, rules: AutopilotRules) -> Iterator[tuple[
             yield from _nan_problems(item, number, rules)
         elif abs(value) > limit:
             yield f"has param{number} = {value:g}; at most {limit:g} is allowed", "param-range"
+        elif number == 4 and item.has_position and abs(value) > MAX_HEADING_DEG:
+            yield f"has param4 = {value:g}; a heading is -360 to 360", "heading"
+        elif rules.name == "ardupilot" and (kept := WHOLE_ON_ARDUPILOT.get(item.command, {}).get(number)):
+            low, high = kept
+            if value != int(value) or not low <= value <= high:
+                yield (
+                    f"has param{number} = {value:g}; ArduPilot keeps whole numbers {low} to {high}",
+                    "param-whole",
+                )
 
 
 def _nan_problems(item: MissionItem, number: int, rules: AutopilotRules) -> Iterator[tuple[str, str]]:

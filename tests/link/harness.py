@@ -98,6 +98,7 @@ def run(session: Session, network: Radio, *, limit_s: float = 2_000.0) -> Run:
     codec = Codec()
     now = start_s = session.started_at
     sent: list[tuple[float, bytes]] = []
+    standing = 0
     while True:
         session.tick(now)
         for message in session.to_send():
@@ -119,6 +120,8 @@ def run(session: Session, network: Radio, *, limit_s: float = 2_000.0) -> Run:
         if arrived:
             continue
         ahead = min(timer for timer in (session.next_timer(), network.next_timer()) if timer is not None)
+        standing = standing + 1 if ahead <= now else 0
+        assert standing < 1_000, "somebody asks for time but does not move: a hot loop on a real clock"
         now = max(ahead, now + 1e-6)  # 1 µs keeps rounding from standing still
         assert now - start_s < limit_s, "the session outlived every deadline"
 
