@@ -14,7 +14,6 @@ SMALL = ("--mean-users", "6,7", "--clusters", "2", "--seeds", "3", "--jobs", "1"
 @pytest.fixture
 def study(monkeypatch, tmp_path, capfd):
     """Run the command in a folder of its own; return exit code, output and errors."""
-    monkeypatch.setitem(cli.COMMANDS, "study", ("mavplan.cli.study:study_command", "Compare the planners."))
     monkeypatch.chdir(tmp_path)
 
     def run(*args):

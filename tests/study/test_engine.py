@@ -16,12 +16,6 @@ from mavplan.study.settings import Settings
 
 SOME = Settings(mean_users=(16.0,), seeds=tuple(range(24)))
 LONG = Settings(mean_users=(16.0,), seeds=tuple(range(150)))
-DRIVER = """
-import sys
-from mavplan import cli
-cli.COMMANDS.setdefault("study", ("mavplan.cli.study:study_command", ""))
-cli.main(sys.argv[1:])
-"""
 PATIENCE_S = 60.0
 
 
@@ -83,7 +77,7 @@ def test_a_worker_that_is_killed_is_told_of_and_not_waited_for(monkeypatch):
 def start(folder, *options):
     """Start the command as a process in a group of its own, and wait for its first rows."""
     process = subprocess.Popen(
-        [sys.executable, "-c", DRIVER, "study", "-o", folder, "--mean-users", "16", "--seeds", "150", *options],
+        [sys.executable, "-m", "mavplan", "study", "-o", folder, "--mean-users", "16", "--seeds", "150", *options],
         start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         cwd=Path(__file__).parents[2],
     )  # fmt: skip
