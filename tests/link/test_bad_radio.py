@@ -67,10 +67,10 @@ def random_case(chance: random.Random) -> tuple[str, int, str, int, float]:
     return firmware, stops, written(faults), chance.randrange(10**6), chance.choice([10.0, 60.0, 200.0])
 
 
-@pytest.mark.parametrize("part", range(10))
+@pytest.mark.parametrize("part", range(8))
 def test_no_outcome_is_untrue_and_none_comes_late_whatever_goes_wrong(part):
     chance = random.Random(part)
-    for _ in range(20):
+    for _ in range(15):
         check(*random_case(chance))
 
 
