@@ -1,6 +1,7 @@
 """One case of a study: users drawn from its own values, every planner on them, a row of figures each.
 
-A pure function of the case: the same bits on any worker, in any order, alone or among thousands.
+A pure function of the case: the same bits in any order, alone or among thousands, and, within `one_thread`, on any
+worker.
 """
 
 from collections.abc import Sequence

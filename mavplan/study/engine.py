@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from mavplan.errors import InputError, MavplanError
 from mavplan.study.cases import Case, Row, run_case
+from mavplan.study.one_thread import one_thread
 from mavplan.study.settings import Settings
 from mavplan.study.store import open_store, versions
 
@@ -133,14 +134,11 @@ def run_batch(batch: Sequence[Task], made_with: dict[str, str] | None = None) ->
     made_with
         Versions that the worker must have; None where it runs from the same installation.
     """
-    from threadpoolctl import threadpool_limits
-
     if made_with is not None and made_with != versions():
         here = ", ".join(f"{name} {number}" for name, number in versions().items())
         there = ", ".join(f"{name} {number}" for name, number in made_with.items())
         raise InputError(f"a worker of the cluster has {here}; the same numbers come only from {there}")
-    # One thread each: the processes share the cores, and several threads add up in an order of their own.
-    with threadpool_limits(1):
+    with one_thread():
         return [row for case, planners in batch for row in run_case(case, planners)]
 
 

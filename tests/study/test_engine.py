@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -12,11 +13,14 @@ import pytest
 from mavplan.errors import InputError, MavplanError
 from mavplan.study import engine
 from mavplan.study.engine import run_batch, run_study, run_tasks
+from mavplan.study.one_thread import one_thread
 from mavplan.study.settings import Settings
 
-SOME = Settings(mean_users=(16.0,), seeds=tuple(range(24)))
+# Among them draws whose last digits depend on the number of threads.
+SOME = Settings(mean_users=(16.0,), seeds=(*range(20), 437, 756, 920, 181))
 LONG = Settings(mean_users=(16.0,), seeds=tuple(range(150)))
 PATIENCE_S = 60.0
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +36,55 @@ def test_two_processes_give_the_same_bits(here, tmp_path):
     assert told[0] == (0, 96)
     assert told[-1] == (96, 96)
     assert told == sorted(told)
+
+
+FIRST_CASE = """
+from threadpoolctl import threadpool_info
+from mavplan.study import engine
+from mavplan.study.cases import Case
+
+run_case, threads = engine.run_case, []
+
+def noting(case, planners):
+    rows = run_case(case, planners)
+    threads.extend(pool["num_threads"] for pool in threadpool_info())
+    return rows
+
+engine.run_case = noting
+engine.run_batch([(Case(16.0, 100.0, 3.0, 4, 437), ("tloaik", "stoaik", "boaik", "sbw"))])
+print(len(threads), *set(threads))
+"""
+
+
+def test_already_the_first_case_of_a_process_is_added_up_by_one_thread():
+    """Libraries that a planner only loads as it runs bring their threads along, and other last digits."""
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    output = subprocess.run(
+        [sys.executable, "-c", FIRST_CASE],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.split()
+    assert int(output[0]) >= 3  # NumPy's BLAS, SciPy's, and scikit-learn's OpenMP
+    assert output[1:] == ["1"]
+
+
+def test_the_threads_of_a_process_are_limited_until_the_last_batch_in_it_ends():
+    from threadpoolctl import threadpool_info
+
+    def threads():
+        return [pool["num_threads"] for pool in threadpool_info()]
+
+    with ExitStack() as others:
+        with one_thread():
+            others.enter_context(one_thread())
+        assert set(threads()) == {1}
+    before = threads()
+    with one_thread():
+        assert set(threads()) == {1}
+    assert threads() == before
 
 
 def test_a_local_dask_cluster_of_two_workers_gives_the_same_bits(here, tmp_path):
@@ -79,7 +132,7 @@ def start(folder, *options):
     process = subprocess.Popen(
         [sys.executable, "-m", "mavplan", "study", "-o", folder, "--mean-users", "16", "--seeds", "150", *options],
         start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        cwd=Path(__file__).parents[2],
+        cwd=ROOT,
     )  # fmt: skip
     rows = folder / "cases.jsonl"
     until = time.monotonic() + PATIENCE_S
