@@ -9,6 +9,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common
 
 from mavplan.link.protocol import GROUND, Address, Message
+from mavplan.link.signing import Signing
 
 _V1, _V2 = 0xFE, 0xFD
 _HEADER = {_V1: 6, _V2: 10}
@@ -25,14 +26,19 @@ class Codec:
     ----------
     us
         System and component in what we send.
+    signing
+        With a key everything sent is signed, and what is not signed with it is dropped, and counted there.
     """
 
-    def __init__(self, us: Address = GROUND) -> None:
+    def __init__(self, us: Address = GROUND, signing: Signing | None = None) -> None:
         self._mavlink: Any = common.MAVLink(None, srcSystem=us.system, srcComponent=us.component)
         self._buffer = bytearray()
         self._since: float | None = None
         self.bad = 0
         """Frames and stretches of bytes that were thrown away."""
+        self.signing = signing
+        self.signed = 0
+        """Signed frames that came, whether or not they could be judged."""
 
     def encode(self, message: Message) -> bytes:
         """Return the message as a MAVLink 2 frame, numbered in sequence.
@@ -43,6 +49,8 @@ class Codec:
             A value does not fit its field; `mavplan.mission.wire.wire_problems` finds those in a mission.
         """
         frame = bytes(message.pack(self._mavlink))
+        if self.signing is not None:
+            frame = self.signing.sign(frame, message.crc_extra)
         self._mavlink.seq = (self._mavlink.seq + 1) % 256
         return frame
 
@@ -73,11 +81,16 @@ class Codec:
                 start = self._next_marker(start + 1)
                 self.bad += 1
                 continue
+            frame = bytes(self._buffer[start : start + length])
             start += length
-            if not isinstance(message, common.MAVLink_unknown):
+            if not isinstance(message, common.MAVLink_unknown) and self._is_believed(frame, message):
                 messages.append(message)
         del self._buffer[:start]
         return messages
+
+    def _is_believed(self, frame: bytes, message: Any) -> bool:
+        self.signed += frame[0] == _V2 and frame[2] & _SIGNED
+        return self.signing is None or self.signing.accepts(frame, message.get_msgId())
 
     def _frame_length(self, start: int) -> int | None:
         """Whole length of the frame that begins here; 0 if none does, None if its end is still to come."""

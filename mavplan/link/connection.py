@@ -15,6 +15,7 @@ from typing import Any
 
 from mavplan.errors import NoLinkError
 from mavplan.link.endpoint import Endpoint
+from mavplan.link.signing import Signing
 
 CHUNK = 65_536
 CONNECT_S = 5.0
@@ -26,7 +27,9 @@ _FATAL_WRITE = frozenset({errno.EMSGSIZE, errno.EBADF, errno.EINVAL, errno.ENOTS
 
 
 class Connection(ABC):
-    """One open link."""
+    """One open link; with a key in ``signing``, frames that are not signed with it are not believed."""
+
+    signing: Signing | None = None
 
     @abstractmethod
     def read(self, timeout_s: float) -> bytes:
@@ -48,7 +51,9 @@ class Connection(ABC):
 
 
 @contextlib.contextmanager
-def open_connection(endpoint: Endpoint, connect_s: float = CONNECT_S) -> Iterator[Connection]:
+def open_connection(
+    endpoint: Endpoint, connect_s: float = CONNECT_S, signing: Signing | None = None
+) -> Iterator[Connection]:
     """Open a link and close it in the end.
 
     Parameters
@@ -57,6 +62,8 @@ def open_connection(endpoint: Endpoint, connect_s: float = CONNECT_S) -> Iterato
         Where.
     connect_s
         How long a TCP connection may take to come about.
+    signing
+        The key of this link, see `mavplan.link.signing_key.open_signing`; None: no signing.
 
     Raises
     ------
@@ -66,6 +73,7 @@ def open_connection(endpoint: Endpoint, connect_s: float = CONNECT_S) -> Iterato
         A serial endpoint without the package pyserial.
     """
     connection = _opened(endpoint, connect_s)
+    connection.signing = signing
     try:
         yield connection
     finally:

@@ -1,10 +1,11 @@
 """The one place where a session meets a clock and a connection: `upload_mission` and `download_mission`."""
 
+import dataclasses
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mavplan.errors import MavplanError, Problem
+from mavplan.errors import MavplanError, Problem, UncertainError
 from mavplan.link.codec import Codec
 from mavplan.link.connection import Connection
 from mavplan.link.download_session import DownloadSession
@@ -90,7 +91,9 @@ def upload_mission(
     drive(session, connection, progress)
     if session.report is None:
         raise session.error or MavplanError("the upload ended without an outcome")
-    return session.report
+    return dataclasses.replace(
+        session.report, warnings=(*session.report.warnings, *dropped_warnings(connection))
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +141,7 @@ def download_mission(
     drive(session, connection, progress)
     if session.mission is None:
         raise session.error or MavplanError("the download ended without an outcome")
-    return Downloaded(session.mission, session.warnings)
+    return Downloaded(session.mission, (*session.warnings, *dropped_warnings(connection)))
 
 
 def drive(session: Session, connection: Connection, progress: ProgressCallback | None = None) -> None:
@@ -146,7 +149,7 @@ def drive(session: Session, connection: Connection, progress: ProgressCallback |
 
     An interrupt from the keyboard ends it with what is known; before a vehicle was found it is passed on.
     """
-    codec = Codec(session.us)
+    codec = Codec(session.us, connection.signing)
     try:
         while not session.done:
             _step(session, connection, codec, progress)
@@ -157,6 +160,23 @@ def drive(session: Session, connection: Connection, progress: ProgressCallback |
     for message in session.to_send():
         connection.write(codec.encode(message))
     _tell(session, progress)
+    if session.error is not None:
+        _explain(session.error, codec)
+
+
+def dropped_warnings(connection: Connection) -> list[Problem]:
+    """Return what is to be said of frames that were not signed as they should be."""
+    words = connection.signing.dropped_words() if connection.signing is not None else ""
+    return [Problem("signing", words, "not-signed", "warning")] if words else []
+
+
+def _explain(error: MavplanError, codec: Codec) -> None:
+    """Add to an error what signing may have to do with it."""
+    words = codec.signing.dropped_words() if codec.signing is not None else ""
+    if codec.signing is None and codec.signed and isinstance(error, UncertainError):
+        words = "the vehicle signs its messages: it may listen only to the holder of its key (--signing-key)"
+    if words:
+        error.args = (f"{error}; {words}",)
 
 
 def _step(session: Session, connection: Connection, codec: Codec, progress: ProgressCallback | None) -> None:
