@@ -188,7 +188,7 @@ def test_the_command_line_plans_writes_and_refuses(tmp_path, monkeypatch, capsys
     assert not (tmp_path / "m.plan").exists()
     assert run(["plan", str(write(tmp_path, 7.535)), "-o", "m.plan", "-o", "m.waypoints"]) == 0
     told = capsys.readouterr().err
-    assert "fence areas: cannot stand in this format" in told
+    assert "fence areas cannot stand in this format" in told
     read = FORMATS[".plan"].loads((tmp_path / "m.plan").read_text(), "m.plan")
     scenario = load_scenario(path)
     assert (read.fence, read.rally) == (scenario.fence, scenario.rally)

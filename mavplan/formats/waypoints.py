@@ -115,8 +115,8 @@ def warnings(mission: Mission) -> tuple[Problem, ...]:
         found.append(Problem(_which(stopped), message, "autocontinue", "warning"))
     for where, there in (("fence areas", mission.fence), ("rally points", mission.rally)):
         if there:
-            message = "cannot stand in this format and are left out; a .plan keeps them"
-            found.append(Problem(where, message, "left-out", "warning"))
+            message = f"{where} cannot stand in this format and are left out; a .plan keeps them"
+            found.append(Problem("", message, "left-out", "warning"))
     return tuple(found)
 
 
