@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     help="Only this firmware. Default: the one that FILE is for, both where it does not say.",
 )
 def check_command(file: Path, autopilot: str | None) -> None:
-    r"""Check FILE: a mission (.plan, .waypoints) or a scenario (.toml), which is planned first.
+    """Check FILE: a mission (.plan, .waypoints) or a scenario (.toml), which is planned first.
 
     A mission file is read by the rules of QGroundControl, Mission Planner and MAVProxy, by MAVSDK's own importer
     (.plan) or pymavlink's loader (.waypoints). Then the mission is uploaded to a mock vehicle of each firmware, in this

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 def compare_command(
     scenario: Path, clusters: int | str | None, seed: int | None, picture: Path | None, as_json: bool
 ) -> None:
-    r"""Plan SCENARIO with every planner and show stops, length, throughput and time of each.
+    """Plan SCENARIO with every planner and show stops, length, throughput and time of each.
 
     SBW, strips flown in a snake, is the benchmark: its length, sum rate and index are 1.
 

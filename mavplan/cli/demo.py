@@ -24,7 +24,7 @@ READY = re.compile(r"listening on (udpin:127\.0\.0\.1:(\d+))")
     help="Folder for the files.",
 )
 def demo_command(scenario: Path | None, out: Path) -> None:
-    r"""Plan SCENARIO (default: the one of mavplan init), write the files, upload to a mock vehicle, read back.
+    """Plan SCENARIO (default: the one of mavplan init), write the files, upload to a mock vehicle, read back.
 
     Everything stays on this machine: the mock vehicle is a process of its own that listens on 127.0.0.1.
 

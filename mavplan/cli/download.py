@@ -40,7 +40,7 @@ from mavplan.cli.upload import CONN_HELP, link_progress
 def download_command(
     conn: str, output: Path, system: int | None, timeout_s: float, autopilot: str | None, as_json: bool
 ) -> None:
-    r"""Write the mission that a vehicle holds to FILE; nothing on the vehicle is changed.
+    """Write the mission that a vehicle holds to FILE; nothing on the vehicle is changed.
 
     \b
     mavplan download --conn udp:0.0.0.0:14550 -o held.plan

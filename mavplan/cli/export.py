@@ -25,7 +25,7 @@ from mavplan.errors import InputError, Problem
     help="The firmware it is for, where FILE does not say (.waypoints).",
 )
 def export_command(file: Path, outputs: tuple[Path, ...], autopilot: str | None) -> None:
-    r"""Write the mission in FILE (.plan or .waypoints) in another format.
+    """Write the mission in FILE (.plan or .waypoints) in another format.
 
     The plan beside it (.mavplan.json) goes along, so that the new file is known by it too.
 

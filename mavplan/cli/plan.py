@@ -72,7 +72,7 @@ def plan_command(
     outputs: tuple[Path, ...],
     as_json: bool,
 ) -> None:
-    r"""Plan a flight for SCENARIO (a scenario.toml) and write it as a mission.
+    """Plan a flight for SCENARIO (a scenario.toml) and write it as a mission.
 
     \b
     mavplan plan scenario.toml

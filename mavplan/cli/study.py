@@ -105,7 +105,7 @@ def study_command(
     mavplan study -o out/regime --seeds 2000 --pictures png
     mavplan study -o out/threshold --mean-users 16 --threshold-db 0,3,6,10,15,20 --seeds 500
     mavplan study -o out/threshold --seeds 2000 --cluster tcp://192.168.1.5:8786
-    """  # noqa: D301 - click takes the backspace character for "do not wrap"
+    """
     from mavplan.cli.console import progress, say_problems
     from mavplan.study.engine import run_study
     from mavplan.study.outputs import check_parquet, write_outputs

@@ -51,7 +51,7 @@ def upload_command(
     allow_armed: bool,
     as_json: bool,
 ) -> None:
-    r"""Put the mission in FILE (.plan or .waypoints) onto a vehicle.
+    """Put the mission in FILE (.plan or .waypoints) onto a vehicle.
 
     The mission is read back and compared item by item; only then it counts as stored. The exit code says what the
     vehicle holds: 0 this mission, 3 no vehicle was heard, 4 it refused and keeps its old one (or PX4 judges the

@@ -14,6 +14,7 @@ from mavplan.errors import InputError, Problem
 from mavplan.planners.boaik import boaik
 from mavplan.planners.clustering import candidate_clusters, distinct_places
 from mavplan.planners.index import joint_index
+from mavplan.planners.one_thread import one_thread
 from mavplan.planners.sbw import sbw
 from mavplan.planners.setting import Setting
 from mavplan.planners.stoaik import stoaik
@@ -69,6 +70,7 @@ PLANNERS: dict[str, Planner] = {
 }
 
 
+@one_thread()
 def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Trajectory:
     """Run the scenario's planner, for ``auto`` with every number of clusters worth a try.
 

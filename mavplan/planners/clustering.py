@@ -2,7 +2,6 @@
 
 import heapq
 import math
-from contextlib import nullcontext
 
 import numpy as np
 
@@ -14,9 +13,6 @@ REDRAWS = 10
 
 SHRINKS = 60
 """After this many shrinks (0.2 % of the first spacing left) any distinct places do."""
-
-KMEANS_CHUNK = 256
-"""scikit-learn's K-means hands its threads this many points at a time."""
 
 MOST_CLUSTER_NUMBERS = 30
 """``auto`` tries at most this many values of K."""
@@ -90,15 +86,10 @@ def cluster_centres(xy_m: Floats, clusters: int, rng: np.random.Generator) -> Fl
     (K, 2) metres: the initial stop points, of positions to the millimetre.
     """
     from sklearn.cluster import KMeans
-    from threadpoolctl import threadpool_limits
 
     places = to_places(xy_m)
     start = spread_start(places, clusters, rng)
-    # One thread: the sums of several would add up in an order of their own, and the last digits with them.
-    # Up to one chunk of scikit-learn's there is only one anyway, and the limit itself would take longest.
-    one_thread = threadpool_limits(1, "openmp") if len(xy_m) > KMEANS_CHUNK else nullcontext()
-    with one_thread:
-        fitted = KMeans(n_clusters=clusters, init=start, n_init=1, tol=0.0).fit(places)
+    fitted = KMeans(n_clusters=clusters, init=start, n_init=1, tol=0.0).fit(places)
     return np.asarray(fitted.cluster_centers_, dtype=np.float64)
 
 

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mavplan.errors import InputError, MavplanError
+from mavplan.planners.one_thread import one_thread
 from mavplan.study.cases import Case, Row, run_case
-from mavplan.study.one_thread import one_thread
 from mavplan.study.settings import Settings
 from mavplan.study.store import open_store, versions
 

@@ -50,7 +50,7 @@ def test_every_centre_is_the_mean_of_the_users_nearest_to_it():
         np.testing.assert_allclose(centre, xy[nearest == index].mean(axis=0), atol=1e-3)
 
 
-def test_the_same_seed_gives_the_same_centres_also_where_scikit_learn_would_use_threads():
+def test_the_same_seed_gives_the_same_centres():
     xy = np.random.default_rng(5).uniform(0, 2000, (3000, 2))
     first, second = (cluster_centres(xy, 30, np.random.default_rng(7)) for _ in range(2))
     assert (first == second).all()
