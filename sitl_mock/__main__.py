@@ -16,6 +16,7 @@ from sitl_mock.endpoint import Endpoint, EndpointError, Vehicle
 from sitl_mock.faults import Faults, fault_help, parse_faults
 from sitl_mock.firmware import FIRMWARES
 from sitl_mock.network import FaultyNetwork
+from sitl_mock.signing import make_signing, read_key, wall_time
 from sitl_mock.vehicle import Home
 
 DEFAULT_CONNECTION = "udpin:127.0.0.1:14550"
@@ -48,6 +49,13 @@ def _home(text: str) -> tuple[float, float, float]:
     except ValueError as wrong:
         raise argparse.ArgumentTypeError(str(wrong)) from None
     return lat_deg, lon_deg, alt_m
+
+
+def _key(text: str) -> bytes:
+    try:
+        return read_key(text)
+    except ValueError as wrong:
+        raise argparse.ArgumentTypeError(str(wrong)) from None
 
 
 def _number(low: int, high: int) -> Callable[[str], int]:
@@ -95,6 +103,12 @@ def _parser() -> argparse.ArgumentParser:
         "--system-id", type=_number(1, 255), default=1, metavar="N", help="MAVLink system (default 1)"
     )
     parser.add_argument(
+        "--signing-key",
+        type=_key,
+        metavar="FILE",
+        help="MAVLink 2 signing: 32 bytes or 64 hexadecimal digits, mode 0600; sign all, hear only what is signed so",
+    )
+    parser.add_argument(
         "--pace", action="store_true", help="answer as slowly as the real autopilot was measured to"
     )
     return parser
@@ -119,6 +133,7 @@ def main(argv: list[str] | None = None) -> int:
         home=arguments.home,
         capacity=arguments.capacity,
         item_pace_s=firmware.item_pace_s if arguments.pace else 0.0,
+        signing=None if arguments.signing_key is None else make_signing(arguments.signing_key, wall_time()),
     )
     faults = Faults()
     for text in arguments.fault:

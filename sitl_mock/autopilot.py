@@ -20,7 +20,7 @@ from sitl_mock.parameters import Parameters
 from sitl_mock.px4_missions import Px4Missions
 from sitl_mock.telemetry import DATA_STREAMS, Schedule, Telemetry
 from sitl_mock.vehicle import Home, VehicleState
-from sitl_mock.wire import Encoder, Message, Parser
+from sitl_mock.wire import Encoder, Message, Parser, Signing
 
 HEARTBEAT_PERIOD_S = 1.0
 GROUND_STATION_MEMORY_S = 2.5
@@ -50,6 +50,8 @@ class Autopilot:
         Time from a message to its answer; `firmware.item_pace_s` is as measured.
     telemetry
         Send the firmware's own streams; without, only HEARTBEAT and MISSION_CURRENT come unasked.
+    signing
+        From `sitl_mock.signing.make_signing`: everything is signed, and only what is signed with the key is heard.
 
     Raises
     ------
@@ -68,6 +70,7 @@ class Autopilot:
         capacity: int | None = None,
         item_pace_s: float = 0.0,
         telemetry: bool = True,
+        signing: Signing = None,
     ) -> None:
         if not (1 <= system_id <= 255 and 1 <= component_id <= 255):
             raise ValueError(f"system {system_id} and component {component_id} must be 1 to 255")
@@ -94,7 +97,8 @@ class Autopilot:
             if telemetry or name == "MISSION_CURRENT"
         }
         self._schedule = Schedule(streams)
-        self._encoder = Encoder(system_id, component_id)
+        self.signing = signing
+        self._encoder = Encoder(system_id, component_id, signing)
         self._parsers: dict[Hashable, Parser] = {}
         self._inbox: deque[tuple[float, Hashable, Message]] = deque()
         self._outbox: list[tuple[Hashable | None, bytes]] = []
@@ -111,7 +115,7 @@ class Autopilot:
         self.tick(now)
         if self.killed_by is not None or now < self._silent_until:
             return
-        for message in self._parsers.setdefault(sender, Parser()).feed(data):
+        for message in self._parsers.setdefault(sender, Parser(self.signing)).feed(data):
             if self._pace_s > 0:
                 self._inbox.append((now + self._pace_s, sender, message))
             else:

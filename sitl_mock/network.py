@@ -109,7 +109,7 @@ class FaultyNetwork:
         self._silent = False
         self._rebooted = False
         self._acks_to_lose = faults.ack_lost
-        self._forger = Encoder(autopilot.system_id, autopilot.component_id)
+        self._forger = Encoder(autopilot.system_id, autopilot.component_id, autopilot.signing)
         self._station = (
             SecondStation("upload" if faults.second_gcs == "upload" else "read", autopilot.system_id)
             if faults.second_gcs
@@ -265,7 +265,8 @@ class FaultyNetwork:
                         for field in message.get_fieldnames()
                     )
                 )
-                return Encoder(message.get_srcSystem(), message.get_srcComponent()).encode(changed)
+                station = (message.get_srcSystem(), message.get_srcComponent())
+                return Encoder(*station, self.autopilot.signing).encode(changed)
         return frame
 
     def _collect(self, now: float) -> None:

@@ -9,6 +9,8 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl_mock.signing import CheckedMavlink, signature
+
 START_V1, START_V2 = 0xFE, 0xFD
 SIGNED = 0x01
 MAX_FRAME = 280
@@ -16,14 +18,20 @@ MAX_FRAME = 280
 Message = Any
 """A message of pymavlink's generated dialect, which has no types."""
 
+Signing = Any
+"""pymavlink's MAVLinkSigning, as `sitl_mock.signing.make_signing` fills it in."""
+
 
 class Encoder:
-    """Turns messages into MAVLink 2 frames of one system and component."""
+    """Turns messages into MAVLink 2 frames of one system and component, signed where there is a key."""
 
-    def __init__(self, system_id: int, component_id: int) -> None:
+    def __init__(self, system_id: int, component_id: int, signing: Signing = None) -> None:
         self.system_id = system_id
         self.component_id = component_id
         self._mav = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+        self._signing = signing
+        if signing is not None:
+            self._mav.signing = signing
 
     def encode(self, message: Message, extension: bytes = b"") -> bytes:
         """Return the frame of a message, with the bytes of extension fields behind the ones pymavlink knows."""
@@ -39,7 +47,7 @@ class Encoder:
         header = struct.pack(
             "<BBBBBBHB",
             len(payload),
-            0,
+            0 if self._signing is None else SIGNED,
             0,
             self._mav.seq,
             self.system_id,
@@ -48,14 +56,20 @@ class Encoder:
             message_id >> 16,
         )
         crc = mavlink.x25crc(header + payload + bytes([crc_extra])).crc
-        return bytes([START_V2]) + header + payload + struct.pack("<H", crc)
+        frame = bytes([START_V2]) + header + payload + struct.pack("<H", crc)
+        return frame if self._signing is None else frame + signature(frame, self._signing)
 
 
 class Parser:
-    """Turns a link's bytes into messages; whatever is not a whole, good message is dropped."""
+    """Turns a link's bytes into messages; whatever is not a whole, good message is dropped.
 
-    def __init__(self) -> None:
-        self._mav = mavlink.MAVLink(None)
+    With a key whatever is not signed with it is dropped too.
+    """
+
+    def __init__(self, signing: Signing = None) -> None:
+        self._mav = CheckedMavlink(None)
+        if signing is not None:
+            self._mav.signing = signing
         self._mav.robust_parsing = True
 
     def feed(self, data: bytes) -> list[Message]:
