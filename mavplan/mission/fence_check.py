@@ -5,11 +5,11 @@ Nothing is moved: what would breach the fence is said, with the stop or leg and 
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from mavplan.errors import Problem
-from mavplan.geo import LocalPlane, geodesic_distance_m
+from mavplan.geo import Floats, LocalPlane, geodesic_distance_m
 from mavplan.mission.fence_geometry import PlaneArea, plane_areas
 from mavplan.mission.geofence import Fence, RallyPoint, rally_label
 from mavplan.mission.model import NAN, Command, Frame, HomePosition, Mission, MissionItem
@@ -131,57 +131,65 @@ def mission_breaches(
     places: dict[tuple[int, int], Waypoint] = {}
     for place in (_home(mission.home), *ends, *rally):
         places.setdefault((place.lat_e7, place.lon_e7), place)
-    problems: list[Problem] = []
-    bad: set[tuple[tuple[int, int], str]] = set()
-    for key, place in places.items():
-        for area, problem in _place_breaches(place, areas, plane, margin_m):
-            bad.add((key, area.label))
-            problems.append(problem)
-    flown: dict[tuple[tuple[int, int], ...], Leg] = {}
+    flown: dict[tuple[tuple[int, int], tuple[int, int]], Leg] = {}
     for leg in legs:
         flown.setdefault(((leg.start.lat_e7, leg.start.lon_e7), (leg.end.lat_e7, leg.end.lon_e7)), leg)
-    for (start, end), leg in flown.items():
-        # A leg from or to a place that is wrong itself says nothing new about that area.
-        others = [area for area in areas if not {(start, area.label), (end, area.label)} & bad]
-        if start != end:
-            problems += _leg_breaches(leg, others, plane, margin_m)
-    return problems
+    moved = [leg for (start, end), leg in flown.items() if start != end]
+    return [
+        *_place_breaches(list(places.values()), areas, plane, margin_m),
+        *_leg_breaches(moved, areas, plane, margin_m),
+    ]
 
 
 def place_breaches(
-    name: str, place_e7: tuple[int, int], areas: Iterable[PlaneArea], plane: LocalPlane, margin_m: float
+    places: Sequence[tuple[str, tuple[int, int]]],
+    areas: Sequence[PlaneArea],
+    plane: LocalPlane,
+    margin_m: float,
 ) -> list[Problem]:
-    """Return what is wrong with one place, as `mission_breaches` would say it."""
-    place = Waypoint(name, *place_e7, 0.0)
-    return [problem for _, problem in _place_breaches(place, areas, plane, margin_m)]
+    """Return what is wrong with places (name, 1e-7 degrees), as `mission_breaches` would say it."""
+    found = [Waypoint(name, *place_e7, 0.0) for name, place_e7 in places]
+    return list(_place_breaches(found, areas, plane, margin_m))
 
 
 def _place_breaches(
-    place: Waypoint, areas: Iterable[PlaneArea], plane: LocalPlane, margin_m: float
-) -> Iterator[tuple[PlaneArea, Problem]]:
-    at_m = plane.to_xy_m(place.lat_e7 / 1e7, place.lon_e7 / 1e7)[0]
-    for area in areas:
-        clear_m = area.clearance_m(at_m, at_m)
-        if clear_m <= 0:
-            side = "outside" if area.inclusion else "inside"
-            found = f"lies {-clear_m:,.1f} m {side} {area.label}"
-            yield area, Problem(place.name, found, "fence-breach")
-        elif clear_m < margin_m + area.slack_m:
-            yield area, Problem(place.name, f"lies {_near(clear_m, area, margin_m)}", "fence-margin")
+    places: Sequence[Waypoint], areas: Sequence[PlaneArea], plane: LocalPlane, margin_m: float
+) -> Iterator[Problem]:
+    at_m = _xy_m(places, plane)
+    for place, clear in zip(places, _clearances_m(areas, at_m, at_m), strict=True):
+        for area, clear_m in zip(areas, clear, strict=True):
+            if clear_m <= 0:
+                side = "outside" if area.inclusion else "inside"
+                yield Problem(place.name, f"lies {-clear_m:,.1f} m {side} {area.label}", "fence-breach")
+            elif clear_m < margin_m + area.slack_m:
+                yield Problem(place.name, f"lies {_near(clear_m, area, margin_m)}", "fence-margin")
 
 
 def _leg_breaches(
-    leg: Leg, areas: Sequence[PlaneArea], plane: LocalPlane, margin_m: float
+    legs: Sequence[Leg], areas: Sequence[PlaneArea], plane: LocalPlane, margin_m: float
 ) -> Iterator[Problem]:
-    ends = (leg.start, leg.end)
-    start_m, end_m = plane.to_xy_m([p.lat_e7 / 1e7 for p in ends], [p.lon_e7 / 1e7 for p in ends])
-    for area in areas:
-        clear_m = area.clearance_m(start_m, end_m)
-        if clear_m <= 0:
-            verb = "leaves" if area.inclusion else "crosses"
-            yield Problem(leg.name, f"{verb} {area.label}", "fence-breach")
-        elif clear_m < margin_m + area.slack_m:
-            yield Problem(leg.name, f"comes {_near(clear_m, area, margin_m)}", "fence-margin")
+    starts_m, ends_m = _xy_m([leg.start for leg in legs], plane), _xy_m([leg.end for leg in legs], plane)
+    of_legs = _clearances_m(areas, starts_m, ends_m)
+    of_ends = zip(_clearances_m(areas, starts_m, starts_m), _clearances_m(areas, ends_m, ends_m), strict=True)
+    for leg, clear, (at_start, at_end) in zip(legs, of_legs, of_ends, strict=True):
+        for area, clear_m, *ends in zip(areas, clear, at_start, at_end, strict=True):
+            if min(ends) <= 0:
+                continue  # a leg from or to a place that is wrong itself says nothing new about that area
+            if clear_m <= 0:
+                verb = "leaves" if area.inclusion else "crosses"
+                yield Problem(leg.name, f"{verb} {area.label}", "fence-breach")
+            elif clear_m < margin_m + area.slack_m <= min(ends):
+                yield Problem(leg.name, f"comes {_near(clear_m, area, margin_m)}", "fence-margin")
+
+
+def _xy_m(places: Sequence[Waypoint], plane: LocalPlane) -> Floats:
+    return plane.to_xy_m([place.lat_e7 / 1e7 for place in places], [place.lon_e7 / 1e7 for place in places])
+
+
+def _clearances_m(areas: Sequence[PlaneArea], starts_m: Floats, ends_m: Floats) -> list[list[float]]:
+    """Return for each leg its clearance from each area."""
+    by_area = [area.clearance_m(starts_m, ends_m).tolist() for area in areas]
+    return [list(of_leg) for of_leg in zip(*by_area, strict=True)]
 
 
 def _near(clear_m: float, area: PlaneArea, margin_m: float) -> str:

@@ -5,7 +5,6 @@ sides are cut into pieces short enough that the difference is below 3 cm anywher
 Legs are straight in the plane.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +17,8 @@ Floats = NDArray[np.float64]
 
 PIECE_M = 250.0
 MAX_PIECES = 400
+AT_ONCE = 500_000
+"""Pairs of leg and side that are looked at together: some tens of megabytes."""
 SPHERE_SHARE = 0.007
 """Autopilots measure a radius on a sphere (PX4 of 6371.0 km, ArduPilot of 6378.1 km); the ellipsoid's radii of
 curvature lie between 6335.4 and 6399.6 km, so that their metre differs from ours by up to 0.7 %."""
@@ -36,17 +37,29 @@ class PlanePolygon:
         """How much the autopilot's own border may lie off ours: nothing, both take it in degrees."""
         return 0.0
 
-    def clearance_m(self, start_m: ArrayLike, end_m: ArrayLike) -> float:
-        """Return how far a leg keeps from the border on the allowed side: negative if wholly beyond, 0 if it crosses.
+    def clearance_m(self, starts_m: ArrayLike, ends_m: ArrayLike) -> Floats:
+        """Return how far legs keep from the border on the allowed side.
 
         Parameters
         ----------
-        start_m, end_m
-            (2,) metres east and north; the same for a place.
+        starts_m, ends_m
+            (N, 2) metres east and north; the same for a place.
+
+        Returns
+        -------
+        ndarray
+            (N,) metres: negative for a leg wholly beyond the border, 0 for one that crosses it.
         """
-        start, end = (np.asarray(point, dtype=np.float64) for point in (start_m, end_m))
-        away_m = float(segment_distance_m(start, end, self.ring_m, np.roll(self.ring_m, -1, axis=0)).min())
-        return away_m if contains(self.ring_m, start) == self.inclusion else -away_m
+        starts, ends = (np.asarray(points, dtype=np.float64) for points in (starts_m, ends_m))
+        nexts = np.roll(self.ring_m, -1, axis=0)
+        found = np.empty(len(starts))
+        at_once = max(1, AT_ONCE // len(nexts))
+        for first in range(0, len(starts), at_once):
+            some = slice(first, first + at_once)
+            away_m = segment_distance_m(starts[some, None], ends[some, None], self.ring_m, nexts).min(axis=1)
+            allowed = contains(self.ring_m, starts[some]) == self.inclusion
+            found[some] = np.where(allowed, away_m, -away_m)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,18 +76,16 @@ class PlaneCircle:
         """How much the autopilot's own border may lie off ours."""
         return SPHERE_SHARE * self.radius_m
 
-    def clearance_m(self, start_m: ArrayLike, end_m: ArrayLike) -> float:
-        """Return how far a leg keeps from the border on the allowed side; as for `PlanePolygon`.
+    def clearance_m(self, starts_m: ArrayLike, ends_m: ArrayLike) -> Floats:
+        """Return how far legs keep from the border on the allowed side; as for `PlanePolygon`.
 
         A leg that crosses the border has a clearance of at most 0.
         """
-        start, end = (np.asarray(point, dtype=np.float64) for point in (start_m, end_m))
-        if self.inclusion:
-            return self.radius_m - max(
-                math.dist(start, self.centre_m),
-                math.dist(end, self.centre_m),
-            )
-        return float(_point_distance_m(self.centre_m, start, end)) - self.radius_m
+        starts, ends = (np.asarray(points, dtype=np.float64) for points in (starts_m, ends_m))
+        if not self.inclusion:
+            return _point_distance_m(self.centre_m, starts, ends) - self.radius_m
+        furthest_m = np.maximum(*(np.hypot(*(points - self.centre_m).T) for points in (starts, ends)))
+        return np.asarray(self.radius_m - furthest_m)
 
 
 PlaneArea = PlanePolygon | PlaneCircle
@@ -106,26 +117,24 @@ def _ring_m(area: FencePolygon, plane: LocalPlane) -> Floats:
     return plane.to_xy_m(ring[:, 0], ring[:, 1])
 
 
-def contains(ring_m: Floats, point_m: Floats) -> bool:
-    """Whether a point lies in a polygon (K, 2): an odd number of sides cross the ray east of it."""
+def contains(ring_m: Floats, points_m: Floats) -> NDArray[np.bool_]:
+    """(N,) whether points (N, 2) lie in a polygon (K, 2): an odd number of sides cross the ray east of them."""
     x, y = ring_m.T
     x_next, y_next = np.roll(x, -1), np.roll(y, -1)
-    crosses = (y > point_m[1]) != (y_next > point_m[1])
-    at_x = x[crosses] + (point_m[1] - y[crosses]) * (x_next[crosses] - x[crosses]) / (
-        y_next[crosses] - y[crosses]
-    )
-    return bool(np.count_nonzero(at_x > point_m[0]) % 2)
+    at_x, at_y = points_m[:, :1], points_m[:, 1:]
+    crosses = (y > at_y) != (y_next > at_y)
+    rise = np.where(y_next == y, 1.0, y_next - y)  # a side without rise is never crossed
+    east = x + (at_y - y) * (x_next - x) / rise > at_x
+    return np.asarray(np.count_nonzero(crosses & east, axis=1) % 2 == 1)
 
 
 def segment_distance_m(start_m: Floats, end_m: Floats, from_m: Floats, to_m: Floats) -> Floats:
-    """Return the distances (K,) from one segment to K others, 0 where they cross.
+    """Return the distances between segments, 0 where they cross.
 
     Parameters
     ----------
-    start_m, end_m
-        (2,) ends of the one.
-    from_m, to_m
-        (K, 2) ends of the others.
+    start_m, end_m, from_m, to_m
+        Ends of the one and of the other, broadcast over all but the last axis.
     """
     ends = (
         _point_distance_m(start_m, from_m, to_m),
@@ -151,4 +160,5 @@ def _point_distance_m(point_m: Floats, from_m: Floats, to_m: Floats) -> Floats:
     length2 = (along**2).sum(axis=-1)
     scaled = ((point_m - from_m) * along).sum(axis=-1) / np.where(length2 > 0, length2, 1.0)
     foot = from_m + np.clip(scaled, 0.0, 1.0)[..., None] * along
-    return np.asarray(np.hypot(*np.moveaxis(point_m - foot, -1, 0)))
+    away = point_m - foot
+    return np.asarray(np.hypot(away[..., 0], away[..., 1]))

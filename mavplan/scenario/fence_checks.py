@@ -37,14 +37,13 @@ def check_fence_places(
     plane = LocalPlane(home.lat_deg, home.lon_deg)
     areas = plane_areas(things.fence, plane)
     home_e7 = (round(home.lat_deg * 1e7), round(home.lon_deg * 1e7))
-    stands = [("[home]", home_e7)]
-    stands += [
-        (_rally_place(number), (point.lat_e7, point.lon_e7))
+    places = [(f"{label}, [home]", home_e7)]
+    places += [
+        (f"{label}, {_rally_place(number)}", (point.lat_e7, point.lon_e7))
         for number, point in enumerate(things.rally, start=1)
     ]
-    for place, place_e7 in stands:
-        for problem in place_breaches(f"{label}, {place}", place_e7, areas, plane, options.margin_m):
-            report.add(problem)
+    for problem in place_breaches(places, areas, plane, options.margin_m):
+        report.add(problem)
 
 
 def _places(things: ListedThings) -> Iterator[tuple[str, int, int]]:
