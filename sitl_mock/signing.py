@@ -18,7 +18,7 @@ EPOCH_2015_S = 1_420_070_400
 STAMPS_PER_S = 100_000
 
 
-class CheckedMavlink(mavlink.MAVLink):  # type: ignore[misc] - pymavlink has no types
+class CheckedMavlink(mavlink.MAVLink):  # type: ignore[misc]  # pymavlink has no types
     """pymavlink's parser; a frame whose signature is wrong leaves the time stamps as they were."""
 
     def check_signature(self, msgbuf: bytearray, srcSystem: int, srcComponent: int) -> bool:
