@@ -8,6 +8,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from mavplan.errors import Problem
 from mavplan.geo import Floats, LocalPlane, geodesic_distance_m
 from mavplan.mission.fence_geometry import PlaneArea, plane_areas
@@ -158,7 +160,11 @@ def _place_breaches(
     at_m = _xy_m(places, plane)
     for place, clear in zip(places, _clearances_m(areas, at_m, at_m), strict=True):
         for area, clear_m in zip(areas, clear, strict=True):
-            if clear_m <= 0:
+            if math.isnan(clear_m):
+                yield Problem(
+                    place.name, f"is no place that {area.label} can be held against", "fence-breach"
+                )
+            elif clear_m <= 0:
                 side = "outside" if area.inclusion else "inside"
                 yield Problem(place.name, f"lies {-clear_m:,.1f} m {side} {area.label}", "fence-breach")
             elif clear_m < margin_m + area.slack_m:
@@ -173,7 +179,7 @@ def _leg_breaches(
     of_ends = zip(_clearances_m(areas, starts_m, starts_m), _clearances_m(areas, ends_m, ends_m), strict=True)
     for leg, clear, (at_start, at_end) in zip(legs, of_legs, of_ends, strict=True):
         for area, clear_m, *ends in zip(areas, clear, at_start, at_end, strict=True):
-            if min(ends) <= 0:
+            if not min(ends) > 0:
                 continue  # a leg from or to a place that is wrong itself says nothing new about that area
             if clear_m <= 0:
                 verb = "leaves" if area.inclusion else "crosses"
@@ -188,7 +194,8 @@ def _xy_m(places: Sequence[Waypoint], plane: LocalPlane) -> Floats:
 
 def _clearances_m(areas: Sequence[PlaneArea], starts_m: Floats, ends_m: Floats) -> list[list[float]]:
     """Return for each leg its clearance from each area."""
-    by_area = [area.clearance_m(starts_m, ends_m).tolist() for area in areas]
+    with np.errstate(invalid="ignore"):  # latitude 91 has no place in the plane, and its clearance is NaN
+        by_area = [area.clearance_m(starts_m, ends_m).tolist() for area in areas]
     return [list(of_leg) for of_leg in zip(*by_area, strict=True)]
 
 

@@ -128,7 +128,8 @@ def fence_force(
     names
         What to call the places of items, by index.
     """
-    missing = [name for name in NEEDED_PARAMETERS[rules.name] if not _is_known(parameters, name)]
+    parameters = {name: value for name, value in parameters.items() if math.isfinite(value)}
+    missing = [name for name in NEEDED_PARAMETERS[rules.name] if name not in parameters]
     if missing:
         found = f"the vehicle did not tell {', '.join(missing)}: whether a fence is in force is not known"
         problem = Problem("fence", found, "fence-unknown", "warning")
@@ -150,10 +151,6 @@ def fence_force(
         )
         problems += [problem for _, problem in breaches]
     return FenceForce((), (), f"no fence is in force: {settings.switch_words}", tuple(problems))
-
-
-def _is_known(parameters: Mapping[str, float], name: str) -> bool:
-    return math.isfinite(parameters.get(name, math.nan))
 
 
 def _ardupilot(parameters: Mapping[str, float]) -> _Settings:

@@ -215,3 +215,14 @@ def test_what_the_vehicle_would_judge_a_violation_is_found(stops_m, fence):
     items, areas = px4_stored(mission)
     if infeasible_because(items, areas, None) is not None:
         assert mission_breaches(mission, margin_m=0.1)
+
+
+@pytest.mark.parametrize(
+    "fence", [Fence((box(-900, -900, 900, 900),)), Fence((), (circle(0, 0, 900, False),))]
+)
+def test_a_latitude_beyond_the_pole_is_not_taken_for_inside(fence):
+    """PX4 stores such an item; whoever downloads it must not be told that all is well."""
+    mission = fenced_mission(autopilot="px4")
+    items = (*mission.items[:2], replace(mission.items[2], lat_e7=910_000_000), *mission.items[3:])
+    found = said(replace(mission, items=items), fence=fence)
+    assert any(line.startswith("stop 1: is no place") for line in found) or "stop 1: lies" in "".join(found)

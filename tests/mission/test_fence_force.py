@@ -188,7 +188,9 @@ def test_a_parameter_that_was_not_told_leaves_it_open(firmware):
     assert not set(NEEDED_PARAMETERS[firmware]) & set(OTHER_PARAMETERS[firmware])
 
 
-numbers = st.sampled_from([0.0, 1.0, 2.0, 3.0, 4.0, 7.0, 15.0, 30.0, 60.0, 150.0, 1000.0])
+numbers = st.sampled_from(
+    [math.nan, math.inf, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 7.0, 15.0, 30.0, 60.0, 150.0, 1000.0]
+)
 
 
 @given(st.sampled_from(["ardupilot", "px4"]), st.data())
@@ -202,6 +204,9 @@ def test_what_is_breached_is_enforced_and_each_has_its_warning(firmware, data):
         fence=fence, rally=data.draw(st.lists(rally_points, max_size=2)), autopilot=firmware
     )
     found = fence_force(mission, AUTOPILOTS[firmware], given_)
+    if found.enforced is None:
+        assert codes(found) == ["fence-unknown"]
+        return
     assert set(found.breached) <= set(found.enforced)
     assert bool(found.breached) == ("fence-breach" in codes(found))
     assert ("areas" in found.enforced) <= (fence is not None)
