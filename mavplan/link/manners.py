@@ -18,6 +18,8 @@ class Manners:
         A download is over on its side after this long without a request; infinite where it serves any item any time.
     atomic
         The old mission stays until the last item is in. Else the count truncates it and every item overwrites it.
+    atomic_lists
+        Further lists, by MAV_MISSION_TYPE, whose old content stays until the new one is whole.
     boots_without_space
         It answers "no space for 0 items" while it starts.
     judges_after_s
@@ -28,6 +30,7 @@ class Manners:
     forgets_after_s: float
     forgets_download_after_s: float
     atomic: bool
+    atomic_lists: frozenset[int]
     boots_without_space: bool
     judges_after_s: float | None
 
@@ -37,6 +40,7 @@ MANNERS: dict[Autopilot, Manners] = {
         forgets_after_s=8.0,
         forgets_download_after_s=math.inf,
         atomic=False,
+        atomic_lists=frozenset({1}),  # the fence is looked at as a whole
         boots_without_space=True,
         judges_after_s=None,
     ),
@@ -45,6 +49,7 @@ MANNERS: dict[Autopilot, Manners] = {
         forgets_after_s=5.0,
         forgets_download_after_s=5.0,
         atomic=True,
+        atomic_lists=frozenset(),
         boots_without_space=False,
         judges_after_s=2.0,
     ),

@@ -193,12 +193,20 @@ def mission_clear_all(to: Address, mission_type: int) -> Message:
 
 def request_message(to: Address, message_id: int) -> Message:
     """Return the command REQUEST_MESSAGE: send this message once."""
-    command = common.MAV_CMD_REQUEST_MESSAGE
     return _made(
-        common.MAVLink_command_long_message(to.system, to.component, command, 0, message_id, 0, 0, 0, 0, 0, 0)
+        common.MAVLink_command_long_message(
+            to.system, to.component, REQUEST_MESSAGE, 0, message_id, 0, 0, 0, 0, 0, 0
+        )
     )
 
 
+def param_request_read(to: Address, name: str) -> Message:
+    """Return PARAM_REQUEST_READ of one parameter by its name."""
+    return _made(common.MAVLink_param_request_read_message(to.system, to.component, name.encode("ascii"), -1))
+
+
+REQUEST_MESSAGE: int = common.MAV_CMD_REQUEST_MESSAGE
+AUTOPILOT_VERSION_ID: int = common.MAVLINK_MSG_ID_AUTOPILOT_VERSION
 HOME_POSITION_ID: int = common.MAVLINK_MSG_ID_HOME_POSITION
 MISSION_CURRENT_ID: int = common.MAVLINK_MSG_ID_MISSION_CURRENT
 MISSION_STATE_UNKNOWN = 0
@@ -228,15 +236,27 @@ def received_item(message: Message) -> WireItem:
     )
 
 
+def payload_of(message: Message) -> bytes:
+    """Return the payload as it came; MAVLink 2 cuts zero bytes off its end."""
+    frame: bytes = getattr(message, "_msgbuf", b"") or b""
+    if not frame:
+        return b""
+    header = 10 if frame[0] == common.PROTOCOL_MARKER_V2 else 6
+    return bytes(frame[header : header + frame[1]])
+
+
 _OPAQUE_ID_OFFSET = {"MISSION_ACK": 4, "MISSION_COUNT": 5, "MISSION_CURRENT": 6}
 
 
-def opaque_id(message: Message) -> int | None:
+def opaque_id(message: Message, mission_type: int = 0) -> int | None:
     """Return the autopilot's checksum of its mission, which pymavlink does not decode; None where it sends none.
 
-    A uint32 after the fields pymavlink knows. MAVLink 2 cuts zero bytes off the end of a payload.
+    A uint32 after the fields pymavlink knows. MAVLink 2 cuts zero bytes off the end of a payload. MISSION_CURRENT has
+    one for each mission type; the other messages speak of one list only.
     """
     offset = _OPAQUE_ID_OFFSET[message.get_type()]
+    if message.get_type() == "MISSION_CURRENT":
+        offset += 4 * mission_type
     frame: bytes | None = getattr(message, "_msgbuf", None)
     if not frame or frame[0] != common.PROTOCOL_MARKER_V2:
         return None

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from mavplan.errors import MavplanError, Problem, RefusedError, UncertainError
 from mavplan.link.manners import Manners
@@ -13,6 +14,13 @@ from mavplan.mission.model import Autopilot
 from mavplan.mission.readback import Difference
 from mavplan.mission.sendable import command_name
 from mavplan.mission.wire import WireItem
+
+if TYPE_CHECKING:
+    from mavplan.mission.fence_force import FenceForce
+
+THINGS: dict[int, str] = {0: "mission", 1: "fence", 2: "rally points"}
+"""What a list is called, by MAV_MISSION_TYPE."""
+_OLD: dict[int, str] = {0: "its old mission", 1: "its old fence", 2: "its old rally points"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +44,13 @@ class UploadReport:
     uploads, read_backs
         How often it took.
     stored
-        The items as the vehicle gave them back.
+        The mission's items as the vehicle gave them back.
     warnings
         What else should be known.
+    fence_items, rally_items
+        Items of the fence and of the rally points that are stored and verified with it; 0: not sent.
+    fence_force
+        Whether a fence is in force on the vehicle, and whether this mission would breach it; None: not asked.
     """
 
     items: int
@@ -52,6 +64,9 @@ class UploadReport:
     read_backs: int
     stored: tuple[WireItem, ...]
     warnings: tuple[Problem, ...] = ()
+    fence_items: int = 0
+    rally_items: int = 0
+    fence_force: "FenceForce | None" = None
 
 
 class DiffersError(UncertainError):
@@ -89,21 +104,23 @@ def refused(
         What it holds, read back after the refusal (None: not to be had), and how that differs from the mission.
     """
     count = len(upload.items)
+    thing = THINGS[upload.mission_type]
     if outcome.result == Result.NO_SPACE:
-        with_home = ", home included" if rules.home_on_wire else ""
+        with_home = ", home included" if rules.home_on_wire and upload.mission_type == 0 else ""
+        this = f"this mission has {count}" if upload.mission_type == 0 else f"the {thing} take {count}"
         what = (
-            f"the vehicle has room for {space} items, this mission has {count}{with_home}"
+            f"the vehicle has room for {space} items, {this}{with_home}"
             if space
-            else f"the vehicle has no room for the {count} items of this mission{with_home}"
+            else f"the vehicle has no room for the {count} items of this {thing}{with_home}"
         )
     elif outcome.seq is None:
-        what = f"{rules.title} refused the mission: {result_words(outcome.result or 0)}"
+        what = f"{rules.title} refused the {thing}: {result_words(outcome.result or 0)}"
     else:
         name = command_name(upload.items[outcome.seq].command)
         what = f"{rules.title} refused item {outcome.seq} ({name}): {result_words(outcome.result or 0)}"
     said = f"; it says {'; '.join(repr(text) for text in texts)}" if texts else ""
     if manners.atomic or not upload.taken:
-        return RefusedError(f"{what}{said}; the vehicle keeps {_old_mission(stored)}")
+        return RefusedError(f"{what}{said}; the vehicle keeps {_old(stored, upload.mission_type)}")
     if stored is None:
         rest = f"the items before it are new and the rest is old: do not fly it{said}"
         return UncertainError(f"{what}; {rest}")
@@ -115,10 +132,16 @@ def refused(
     return DiffersError(f"{what}; {holds}: do not fly it{said}", found)
 
 
-def _old_mission(stored: Sequence[WireItem] | None) -> str:
+def _old(stored: Sequence[WireItem] | None, mission_type: int) -> str:
     if stored is None:
-        return "its old mission"
-    return f"its old mission of {len(stored)} items" if stored else "what it had: no mission"
+        return _OLD[mission_type]
+    if not stored:
+        return f"what it had: no {THINGS[mission_type]}"
+    return (
+        f"{_OLD[mission_type]} of {len(stored)} items"
+        if mission_type < 2
+        else f"its {len(stored)} old rally points"
+    )
 
 
 def broken_off(upload: Upload, rules: AutopilotRules, manners: Manners, cause: str) -> MavplanError:  # noqa: PLR0911
@@ -131,30 +154,30 @@ def broken_off(upload: Upload, rules: AutopilotRules, manners: Manners, cause: s
     cause
         For instance ``no end within 60 s``.
     """
-    count = len(upload.items)
+    count, thing, old = len(upload.items), THINGS[upload.mission_type], _OLD[upload.mission_type]
     if upload.count_sent_at is None:
-        return RefusedError(f"{cause}: nothing of the mission was sent")
+        return RefusedError(f"{cause}: nothing of the {thing} was sent")
     if not upload.taken:
         if upload.put_off_by is not None and not upload.unanswered_counts:
             why = result_words(upload.put_off_by)
             return RefusedError(
-                f"{cause}: the vehicle put the mission off every time, {why}; nothing of it was taken"
+                f"{cause}: the vehicle put the {thing} off every time, {why}; nothing of it was taken"
             )
         return UncertainError(
             f"{cause}: the vehicle was told of {count} items but never asked for one, "
-            "so whether it still holds its old mission is not known"
+            f"so whether it still holds {old} is not known"
         )
     far = f"{cause}: the vehicle had asked for {upload.highest_asked + 1} of {count} items"
     if upload.accepted_at is not None:
         return UncertainError(f"{far} and accepted them once, but what it holds now is not known")
     if not manners.atomic:
         return UncertainError(
-            f"{far}; {rules.title} overwrites its mission item by item, so it holds a mixture of the old and the new: "
+            f"{far}; {rules.title} overwrites its {thing} item by item, so it holds a mixture of the old and the new: "
             "do not fly it, upload again"
         )
     if upload.highest_asked < count - 1:
         return UncertainError(
-            f"{far}; {rules.title} keeps its old mission until the last item is in, "
+            f"{far}; {rules.title} keeps {old} until the last item is in, "
             "but that could not be read back: upload again"
         )
     return UncertainError(
@@ -166,16 +189,31 @@ def unread(upload: Upload, rules: AutopilotRules, cause: str) -> UncertainError:
     """Put into words that all was sent, but nothing could be read back."""
     took = "accepted" if upload.accepted_at is not None else "was sent"
     return UncertainError(
-        f"{cause}: {rules.title} {took} all {len(upload.items)} items, but they could not be read back, "
-        "so what it holds is not known"
+        f"{cause}: {rules.title} {took} all {len(upload.items)} {_items(upload.mission_type)}, "
+        "but they could not be read back, so what it holds is not known"
     )
 
 
-def differing(found: Sequence[Difference], rules: AutopilotRules, reason: str = "") -> DiffersError:
+def differing(
+    found: Sequence[Difference], rules: AutopilotRules, reason: str = "", mission_type: int = 0
+) -> DiffersError:
     """Put into words that the vehicle holds something else, and stays by it."""
     shown = "; ".join(difference.words for difference in found[:3])
     more = f"; and {len(found) - 3} more" if len(found) > 3 else ""
-    return DiffersError(f"{reason}{rules.title} holds something else than it was sent: {shown}{more}", found)
+    of = "" if mission_type == 0 else f" of the {THINGS[mission_type]}"
+    return DiffersError(
+        f"{reason}{rules.title} holds something else{of} than it was sent: {shown}{more}", found
+    )
+
+
+def _items(mission_type: int) -> str:
+    return "items" if mission_type == 0 else f"items of the {THINGS[mission_type]}"
+
+
+def told_besides(error: MavplanError, words: str) -> MavplanError:
+    """Return the error with something more said at the end of its sentence."""
+    error.args = (f"{error}; {words}", *error.args[1:])
+    return error
 
 
 def infeasible(count: int, rules: AutopilotRules, texts: Sequence[str]) -> RefusedError:

@@ -1,6 +1,7 @@
 """What goes on around a transfer: restarts of the vehicle, other stations' mission traffic, its texts. No I/O."""
 
 import re
+from collections import Counter
 
 from mavplan.link.protocol import Address, Message, MissionType, Result, sender
 
@@ -35,10 +36,11 @@ class Watch:
         """When the vehicle was last heard."""
         self.reboots = 0
         """Restarts of the vehicle that were noticed."""
-        self.foreign_writes = 0
-        """Messages of another station's writing a mission to the vehicle."""
-        self.foreign_signs = 0
-        """The same, and refusals that another station got: it may try again."""
+        self.mission_type = int(MissionType.MISSION)
+        """The list that `foreign_writes` and `foreign_signs` are about."""
+        self.writes: Counter[int] = Counter()
+        """Messages of another station's writing to the vehicle, by MAV_MISSION_TYPE."""
+        self._denials: Counter[int] = Counter()
         self.armed = False
         self.texts: list[str] = []
         """STATUSTEXTs of severity WARNING and worse, oldest first."""
@@ -46,6 +48,16 @@ class Watch:
         """Number of items the vehicle last said it has room for."""
         self._uptime_s = 0.0
         self._text_id = 0
+
+    @property
+    def foreign_writes(self) -> int:
+        """Messages of another station's writing this list to the vehicle."""
+        return self.writes[self.mission_type]
+
+    @property
+    def foreign_signs(self) -> int:
+        """The same, and refusals that another station got: it may try again."""
+        return self.writes[self.mission_type] + self._denials[self.mission_type]
 
     def receive(self, message: Message, now: float) -> None:
         """Take a message of the link, whoever it is from."""
@@ -69,18 +81,18 @@ class Watch:
         }
 
     def _on_answer_to_stranger(self, message: Message, kind: str) -> None:
-        if message.mission_type != MissionType.MISSION:
-            return
-        wrote = kind in _REQUESTS or message.type == Result.ACCEPTED
-        self.foreign_writes += int(wrote)
-        self.foreign_signs += int(wrote or message.type == Result.DENIED)
+        if kind in _REQUESTS or message.type == Result.ACCEPTED:
+            self._wrote(message.mission_type)
+        elif message.type == Result.DENIED:
+            self._denials[message.mission_type] += 1
 
     def _on_stranger(self, message: Message, kind: str) -> None:
         if kind not in _WRITES or message.target_system not in {0, self.vehicle.system}:
             return
-        if message.mission_type in {MissionType.MISSION, ALL_TYPES}:
-            self.foreign_writes += 1
-            self.foreign_signs += 1
+        self._wrote(message.mission_type)
+
+    def _wrote(self, mission_type: int) -> None:
+        self.writes.update(MissionType if mission_type == ALL_TYPES else (mission_type,))
 
     def _watch_clock(self, message: Message, kind: str) -> None:
         uptime_s = _uptime_s(message, kind)

@@ -13,7 +13,7 @@ from mavplan.link.transfer import Progress
 from mavplan.link.upload_session import UploadSession
 from mavplan.link.verdict import Judgement
 from mavplan.mission.model import Command, Frame, MissionItem
-from tests.link.harness import make_mission, make_network, run, settle, upload
+from tests.link.harness import HOME, make_mission, make_network, run, settle, upload
 
 BOTH = pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
 
@@ -150,7 +150,9 @@ def test_px4_stores_but_judges_infeasible_is_refused_after_the_read_back():
     mission = make_mission("px4", 1)
     takeoff = dataclasses.replace(mission.items[0], frame=int(Frame.GLOBAL), alt_m=20.0)
     mission = dataclasses.replace(mission, items=(takeoff, *mission.items[1:]))
-    result = upload(mission, make_network("px4", home=(37.4, -122.1, 500.0)))
+    network = make_network("px4", home=(37.4, -122.1, 500.0))
+    session = UploadSession(mission, now=network.clock_s, deadline_s=60.0, max_home_height_m=1_000.0)
+    result = run(session, network)
     assert isinstance(result.error, RefusedError)
     assert "judges the mission not flyable" in str(result.error)
     assert result.holds(mission)
@@ -268,15 +270,18 @@ def test_progress_tells_the_phases_in_order():
     session.tick = tick
     run(session, network)
     phases = list(dict.fromkeys(step.phase for step in steps))
-    assert phases == ["connecting", "uploading", "reading back"]
+    assert phases == ["connecting", "uploading", "reading back", "fence in force?"]
     assert max(step.done for step in steps if step.phase == "reading back") == 6
 
 
 def test_interrupted_in_the_middle_says_what_is_known():
     session = UploadSession(make_mission("ardupilot", 5), now=0.0, deadline_s=60.0, system=1)
     vehicle = Codec(Address(1, 1))
-    beat = vehicle.encode(common.MAVLink_heartbeat_message(2, 3, 81, 0, 3, 3))
-    session.receive(Codec().decode(beat, 0.0)[0], 0.0)
+    home = common.MAVLink_home_position_message(
+        HOME.lat_e7, HOME.lon_e7, 10_000, 0, 0, 0, [1.0, 0.0, 0.0, 0.0], 0, 0, 0
+    )
+    for said in (common.MAVLink_heartbeat_message(2, 3, 81, 0, 3, 3), home):
+        session.receive(Codec().decode(vehicle.encode(said), 0.0)[0], 0.0)
     session.interrupt(1.0)
     assert isinstance(session.error, UncertainError)
     assert str(session.error).startswith("interrupted")
