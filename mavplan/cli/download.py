@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from mavplan.cli.link_options import open_link, signing_key_option
 from mavplan.cli.upload import CONN_HELP, link_progress
 
 
@@ -36,9 +37,16 @@ from mavplan.cli.upload import CONN_HELP, link_progress
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="Refuse a vehicle with another firmware."
 )
+@signing_key_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def download_command(
-    conn: str, output: Path, system: int | None, timeout_s: float, autopilot: str | None, as_json: bool
+    conn: str,
+    output: Path,
+    system: int | None,
+    timeout_s: float,
+    autopilot: str | None,
+    signing_key: Path | None,
+    as_json: bool,
 ) -> None:
     """Write the mission that a vehicle holds to FILE; nothing on the vehicle is changed.
 
@@ -47,14 +55,13 @@ def download_command(
     """
     from mavplan.cli.console import say_problems
     from mavplan.formats import format_of, write_mission
-    from mavplan.link.connection import CONNECT_S, open_connection
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import download_mission
 
     endpoint = parse_endpoint(conn)
     format_of(output)
     with (
-        open_connection(endpoint, min(CONNECT_S, timeout_s)) as connection,
+        open_link(endpoint, timeout_s, signing_key) as connection,
         link_progress("downloading") as show,
     ):
         held = download_mission(

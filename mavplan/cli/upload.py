@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mavplan.cli.link_options import open_link, signing_key_option
 from mavplan.errors import MavplanError
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ CONN_HELP = (
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."
 )
 @click.option("--allow-armed", is_flag=True, help="Write also to a vehicle that is armed.")
+@signing_key_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def upload_command(
     file: Path,
@@ -49,6 +51,7 @@ def upload_command(
     timeout_s: float | None,
     autopilot: str | None,
     allow_armed: bool,
+    signing_key: Path | None,
     as_json: bool,
 ) -> None:
     """Put the mission in FILE (.plan or .waypoints) onto a vehicle.
@@ -63,7 +66,6 @@ def upload_command(
     """
     from mavplan.cli.console import say_problems
     from mavplan.formats.beside import read_known_mission
-    from mavplan.link.connection import CONNECT_S, open_connection
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import upload_mission
     from mavplan.mission.autopilots import AUTOPILOTS
@@ -76,7 +78,7 @@ def upload_command(
     say_problems(mission.warnings)
     try:
         with (
-            open_connection(endpoint, min(CONNECT_S, timeout_s or CONNECT_S)) as connection,
+            open_link(endpoint, timeout_s, signing_key) as connection,
             link_progress("uploading") as show,
         ):
             report = upload_mission(

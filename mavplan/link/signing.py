@@ -153,7 +153,7 @@ class Signing:
         A stream is a system, a component and a link id. Its stamps must grow, and none may be more than a minute
         behind ours. Only a right signature changes anything: a forged stamp cannot shut the vehicle out.
         """
-        if frame[0] != _V2 or not frame[_FLAGS] & _SIGNED or len(frame) < _HEADER + 2 + _SIGNATURE:
+        if len(frame) < _HEADER + 2 + _SIGNATURE or frame[0] != _V2 or not frame[_FLAGS] & _SIGNED:
             return Signature.MISSING
         if not hmac.compare_digest(self._digest(frame[:-6]), frame[-6:]):
             return Signature.WRONG

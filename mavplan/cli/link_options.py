@@ -1,0 +1,83 @@
+"""What every command that talks to a vehicle has in common: its options, and opening the link."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from mavplan.link.connection import Connection
+    from mavplan.link.endpoint import Endpoint
+
+_Command = TypeVar("_Command", bound=Callable[..., object])
+
+
+def signing_key_option(command: _Command) -> _Command:
+    """Add ``--signing-key FILE`` to a command."""
+    return click.option(
+        "--signing-key",
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="MAVLink 2 signing: 32 raw bytes or 64 hexadecimal digits in a file of mode 0600.",
+    )(command)
+
+
+def via_option(command: _Command) -> _Command:
+    """Add ``--via`` to a command."""
+    return click.option(
+        "--via",
+        type=click.Choice(["own", "mavsdk"]),
+        default="own",
+        show_default=True,
+        help="Who carries out the transfers: mavplan itself, or MAVSDK.",
+    )(command)
+
+
+@contextmanager
+def open_link(
+    endpoint: "Endpoint", timeout_s: float | None, signing_key: Path | None
+) -> "Iterator[Connection]":
+    """Open the link to a vehicle, signed where there is a key.
+
+    Parameters
+    ----------
+    endpoint
+        Where.
+    timeout_s
+        The command's time limit; a TCP connection may not take longer.
+    signing_key
+        The key's file; None: no signing.
+
+    Raises
+    ------
+    InputError
+        The file holds no key, or others may read it.
+    NoLinkError
+        The link cannot be opened.
+    """
+    from mavplan.link.connection import CONNECT_S, open_connection
+    from mavplan.link.signing_key import open_signing
+
+    with (
+        open_signing(signing_key) as signing,
+        open_connection(endpoint, min(CONNECT_S, timeout_s or CONNECT_S), signing) as connection,
+    ):
+        yield connection
+
+
+def check_via(via: str, signing_key: Path | None) -> None:
+    """Refuse what does not go together.
+
+    Raises
+    ------
+    InputError
+        MAVSDK is to sign, which it cannot.
+    """
+    from mavplan.errors import InputError
+
+    if via == "mavsdk" and signing_key is not None:
+        raise InputError(
+            "--via mavsdk cannot be used with --signing-key: MAVSDK has no signing; leave one out"
+        )
