@@ -5,6 +5,7 @@ from mavplan.link.discovery import Vehicle, refusal
 from mavplan.link.download import Download, DownloadEnd
 from mavplan.link.protocol import HOME_POSITION_ID, Message, request_message, result_words, sender
 from mavplan.link.session import Session
+from mavplan.link.transfers import OWN, Transfers
 from mavplan.mission.model import Autopilot, HomePosition, Mission
 from mavplan.mission.wire import from_wire, has_home_item
 
@@ -20,6 +21,8 @@ class DownloadSession(Session):
     ----------
     wanted
         The firmware it must run; None takes either.
+    transfers
+        Who carries out the transfer.
     now, deadline_s, system, place
         As for `Session`.
     """
@@ -32,10 +35,12 @@ class DownloadSession(Session):
         system: int | None = None,
         place: str = "this connection",
         wanted: Autopilot | None = None,
+        transfers: Transfers = OWN,
     ) -> None:
         super().__init__(now=now, deadline_s=deadline_s, system=system, place=place, wanted=wanted)
         self.mission: Mission | None = None
         self.warnings: tuple[Problem, ...] = ()
+        self._transfers = transfers
         self._download: Download | None = None
         self._home: HomePosition | None = None
         self._home_at = now
@@ -51,7 +56,7 @@ class DownloadSession(Session):
         return refusal(vehicle, self.wanted, "download")
 
     def _found(self, vehicle: Vehicle, now: float) -> None:
-        self._download = Download(
+        self._download = self._transfers.download(
             self.manners, vehicle.address, self.us, now=now, deadline=self.deadline, pace=self._pace
         )
         self._home_at = now

@@ -23,7 +23,8 @@ from mavplan.link.manners import Manners
 from mavplan.link.protocol import Address, Message, MissionType, Result
 from mavplan.link.report import THINGS, broken_off, differing, infeasible, refused, unread
 from mavplan.link.transfer import Pace, Progress, State
-from mavplan.link.upload import Upload, UploadEnd, UploadOutcome
+from mavplan.link.transfers import OWN, Transfers
+from mavplan.link.upload import UploadEnd, UploadOutcome
 from mavplan.link.verdict import Judgement, Verdict
 from mavplan.link.watch import Watch
 from mavplan.mission.autopilots import AutopilotRules
@@ -89,6 +90,8 @@ class Store:
         Start; when it ends at the latest; how long that was, for messages.
     allow_armed
         Begin again also when the vehicle has been armed meanwhile.
+    transfers
+        Who carries out the transfers.
     """
 
     def __init__(
@@ -106,6 +109,7 @@ class Store:
         deadline: float,
         deadline_s: float,
         allow_armed: bool = False,
+        transfers: Transfers = OWN,
     ) -> None:
         self.kind = int(kind)
         self.items = tuple(items)
@@ -122,7 +126,8 @@ class Store:
         self._watch = watch
         self._pace = pace
         self._allow_armed = allow_armed
-        self.upload = Upload(
+        self._transfers = transfers
+        self.upload = transfers.upload(
             self.items, self.manners, vehicle, us, self.kind, now=now, deadline=deadline, pace=pace
         )
         self._download: Download | None = None
@@ -241,7 +246,7 @@ class Store:
 
     def _read(self, now: float, deadline: float | None = None) -> None:
         self._read_backs += 1
-        self._download = Download(
+        self._download = self._transfers.download(
             self.manners,
             self._vehicle,
             self._us,

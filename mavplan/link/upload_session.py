@@ -27,6 +27,7 @@ from mavplan.link.report import THINGS, UploadReport, told_besides
 from mavplan.link.session import Session
 from mavplan.link.store import Store, Stored
 from mavplan.link.transfer import Progress
+from mavplan.link.transfers import OWN, Transfers
 from mavplan.link.upload import Upload
 from mavplan.link.verdict import Judgement
 from mavplan.mission.model import Mission
@@ -47,6 +48,8 @@ class UploadSession(Session):
         How far the vehicle's home may be from the mission's.
     source
         Where the mission comes from, for messages about it.
+    transfers
+        Who carries out the transfers.
     now, deadline_s, system, place
         As for `Session`.
     """
@@ -63,6 +66,7 @@ class UploadSession(Session):
         max_home_distance_m: float = MAX_HOME_DISTANCE_M,
         max_home_height_m: float = MAX_HOME_HEIGHT_M,
         source: str = "",
+        transfers: Transfers = OWN,
     ) -> None:
         super().__init__(now=now, deadline_s=deadline_s, system=system, place=place, wanted=mission.autopilot)
         self.mission = mission
@@ -72,6 +76,7 @@ class UploadSession(Session):
         self._max_home_distance_m = max_home_distance_m
         self._max_home_height_m = max_home_height_m
         self._source = source
+        self._transfers = transfers
         self._home: HomeQuery | None = None
         self._todo: list[tuple[int, tuple[WireItem, ...]]] = []
         self._store: Store | None = None
@@ -176,6 +181,7 @@ class UploadSession(Session):
             deadline=self.deadline,
             deadline_s=self.deadline_s,
             allow_armed=self._allow_armed,
+            transfers=self._transfers,
         )
         self._store.tick(now)
 
