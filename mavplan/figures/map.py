@@ -68,7 +68,7 @@ def draw_map(ax: "Axes", users: Users, trajectory: Trajectory, hold_s: Floats | 
     _number_stops(ax, stops, hold_s)
     reach = trajectory.radius_m
     ax.update_datalim(np.vstack([stops - reach, stops + reach]))
-    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_aspect("equal", adjustable="box")
     ax.autoscale_view()
     ax.set_xlabel("east of home [m]")
     ax.set_ylabel("north of home [m]")
