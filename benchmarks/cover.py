@@ -24,7 +24,7 @@ def main() -> None:
                 (
                     f"R {radius_m:.0f} m: {found.candidates:,} centres, {found.kept_candidates:,} after reduction",
                     f"{seconds:.0f} s",
-                    f"wanted: 60 s; {found.size} stops, {state}; greedy round users {greedy_cover_size(xy_m, radius_m)}",
+                    f"wanted: 60 s; {found.size} stops, {state}; greedy {greedy_cover_size(xy_m, radius_m)}",
                 )
             )
     show("fewest stops, 1,960 hydrants", rows)
