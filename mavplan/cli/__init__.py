@@ -22,6 +22,9 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "check": ("mavplan.cli.check:check_command", "Check a mission or scenario against a mock vehicle."),
     "upload": ("mavplan.cli.upload:upload_command", "Upload a mission to a vehicle and read it back."),
     "download": ("mavplan.cli.download:download_command", "Save the mission that a vehicle holds."),
+    "verify": ("mavplan.cli.verify:verify_command", "Tell whether a vehicle holds this mission."),
+    "info": ("mavplan.cli.info:info_command", "Tell what a vehicle is and holds."),
+    "clear": ("mavplan.cli.clear:clear_command", "Delete what a vehicle holds."),
     "sim": ("mavplan.cli.sim:sim_command", "Start a mock vehicle to try things on."),
     "demo": ("mavplan.cli.demo:demo_command", "From a scenario to a verified mission on a mock vehicle."),
 }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mavplan.cli.link_options import open_link, signing_key_option
+from mavplan.cli.link_options import check_via, open_link, signing_key_option, via_option
 from mavplan.errors import MavplanError
 
 if TYPE_CHECKING:
@@ -42,7 +42,26 @@ CONN_HELP = (
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."
 )
 @click.option("--allow-armed", is_flag=True, help="Write also to a vehicle that is armed.")
+@click.option(
+    "--max-home-distance",
+    "max_home_distance_m",
+    type=click.FloatRange(min=0),
+    default=500.0,
+    show_default=True,
+    metavar="M",
+    help="Refuse a vehicle whose home is further from the mission's, in metres.",
+)
+@click.option(
+    "--max-home-height",
+    "max_home_height_m",
+    type=click.FloatRange(min=0),
+    default=30.0,
+    show_default=True,
+    metavar="M",
+    help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
+)
 @signing_key_option
+@via_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def upload_command(
     file: Path,
@@ -51,12 +70,15 @@ def upload_command(
     timeout_s: float | None,
     autopilot: str | None,
     allow_armed: bool,
+    max_home_distance_m: float,
+    max_home_height_m: float,
     signing_key: Path | None,
+    via: str,
     as_json: bool,
 ) -> None:
-    """Put the mission in FILE (.plan or .waypoints) onto a vehicle.
+    """Put the mission in FILE (.plan or .waypoints) onto a vehicle, after its fence and rally points if it has any.
 
-    The mission is read back and compared item by item; only then it counts as stored. The exit code says what the
+    Everything is read back and compared item by item; only then it counts as stored. The exit code says what the
     vehicle holds: 0 this mission, 3 no vehicle was heard, 4 it refused and keeps its old one (or PX4 judges the
     new one not flyable), 5 that is uncertain.
 
@@ -65,16 +87,17 @@ def upload_command(
     mavplan upload valley.plan --conn /dev/ttyUSB0,57600 --system 3
     """
     from mavplan.cli.console import say_problems
-    from mavplan.formats.beside import read_known_mission
+    from mavplan.formats.beside import read_known_mission, remember_vehicle
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import upload_mission
     from mavplan.mission.autopilots import AUTOPILOTS
-    from mavplan.mission.sendable import check_sendable
+    from mavplan.mission.uploadable import check_uploadable
 
+    check_via(via, signing_key)
     endpoint = parse_endpoint(conn)
     mission = read_known_mission(file, autopilot)  # type: ignore[arg-type]
     if mission.autopilot is not None:
-        check_sendable(mission, AUTOPILOTS[mission.autopilot], str(file))
+        check_uploadable(mission, AUTOPILOTS[mission.autopilot], str(file))
     say_problems(mission.warnings)
     try:
         with (
@@ -88,17 +111,16 @@ def upload_command(
                 system=system,
                 place=str(endpoint),
                 allow_armed=allow_armed,
+                max_home_distance_m=max_home_distance_m,
+                max_home_height_m=max_home_height_m,
                 source=str(file),
                 progress=show,
+                via=via,  # type: ignore[arg-type]
             )
     except MavplanError as error:
-        differences: Sequence[Difference] = getattr(error, "differences", ())
-        if as_json:
-            click.echo(json.dumps(_failure(error, differences), ensure_ascii=False))
-        elif differences:
-            _print_differences(differences)
+        tell_failure(error, as_json)
         raise
-    say_problems(report.warnings)
+    say_problems([*report.warnings, *remember_vehicle(file, report)])
     click.echo(json.dumps(_success(report)) if as_json else summary(report))
 
 
@@ -108,8 +130,11 @@ def summary(report: "UploadReport") -> str:
 
     title = AUTOPILOTS[report.autopilot].title
     again = f", in {report.uploads} attempts" if report.uploads > 1 else ""
+    fence = f", {report.fence_items} of the fence" if report.fence_items else ""
+    points = "rally point" if report.rally_items == 1 else "rally points"
+    rally = f", {report.rally_items} {points}" if report.rally_items else ""
     return (
-        f"stored and verified: {report.items} items on {title}, system {report.vehicle.system} "
+        f"stored and verified: {report.items} items{fence}{rally} on {title}, system {report.vehicle.system} "
         f"({report.upload_s:.1f} s to upload{again}, {report.total_s:.1f} s in all)"
     )
 
@@ -141,8 +166,26 @@ def _success(report: "UploadReport") -> dict[str, object]:
         "total_s": round(report.total_s, 3),
         "uploads": report.uploads,
         "read_backs": report.read_backs,
+        "fence_items": report.fence_items,
+        "rally_items": report.rally_items,
+        "fence": report.fence_force.words if report.fence_force else None,
+        "fence_in_force": list(report.fence_force.enforced)
+        if report.fence_force and report.fence_force.enforced is not None
+        else None,
+        "fence_breached": list(report.fence_force.breached) if report.fence_force else [],
         "warnings": [str(problem) for problem in report.warnings],
     }
+
+
+def tell_failure(
+    error: MavplanError, as_json: bool, title: str = "what the vehicle stored otherwise"
+) -> None:
+    """Print what is known of a failure besides its message: all of it as JSON, or a table of differences."""
+    differences: Sequence[Difference] = getattr(error, "differences", ())
+    if as_json:
+        click.echo(json.dumps(_failure(error, differences), ensure_ascii=False))
+    elif differences:
+        _print_differences(differences, title)
 
 
 def _failure(error: MavplanError, differences: "Sequence[Difference]") -> dict[str, object]:
@@ -167,12 +210,12 @@ def _plain(value: float) -> float | None:
     return value if value == value else None  # noqa: PLR0124 - false for NaN only
 
 
-def _print_differences(differences: "Sequence[Difference]") -> None:
+def _print_differences(differences: "Sequence[Difference]", title: str) -> None:
     from rich.table import Table
 
     from mavplan.cli.console import stderr
 
-    table = Table(title="what the vehicle stored otherwise")
+    table = Table(title=title)
     for heading in ("item", "field", "sent", "stored"):
         table.add_column(heading, justify="left" if heading == "field" else "right")
     for found in differences:

@@ -1,16 +1,24 @@
 """The plan beside a mission file, ``X.mavplan.json``: where it is, and what the mission file does not say.
 
-Light, so that an upload can ask it; what is in the plan is written by `mavplan.plan_file`.
+Light, so that an upload can ask it; what is in the plan is written by `mavplan.plan_file`. After a verified upload its
+key ``vehicle`` says which vehicle holds it: ``autopilot``, ``system``, ``opaque_id`` (PX4's id of the mission) and
+``verified_at`` (UTC).
 """
 
 import dataclasses
 import json
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mavplan.errors import InputError, Problem
 from mavplan.formats import read_mission
+from mavplan.formats.atomic import atomic_write
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.model import Autopilot, Mission
+
+if TYPE_CHECKING:
+    from mavplan.link.report import UploadReport
 
 SUFFIX = ".mavplan.json"
 
@@ -51,3 +59,48 @@ def _planned_autopilot(path: Path) -> Autopilot | None:
         return None
     found = content.get("autopilot") if isinstance(content, dict) else None
     return found if found in AUTOPILOTS else None
+
+
+def remember_vehicle(mission_file: Path, report: "UploadReport") -> tuple[Problem, ...]:
+    """Write into the plan beside a mission file which vehicle holds it now; nothing where there is no plan.
+
+    Parameters
+    ----------
+    mission_file
+        What was uploaded.
+    report
+        How that went.
+
+    Returns
+    -------
+    tuple of Problem
+        A warning where the plan could not be written: the vehicle holds the mission all the same.
+    """
+    path = plan_path(mission_file)
+    try:
+        content = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError):
+        return ()
+    if not isinstance(content, dict):
+        return ()
+    content["vehicle"] = {
+        "autopilot": report.autopilot,
+        "system": report.vehicle.system,
+        "opaque_id": report.opaque_id,
+        "verified_at": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+    try:
+        atomic_write(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+    except InputError as error:
+        return tuple(Problem(found.where, found.message, found.code, "warning") for found in error.problems)
+    return ()
+
+
+def remembered_vehicle(mission_file: Path) -> dict[str, object]:
+    """Return what `remember_vehicle` wrote last; empty where there is nothing to be read."""
+    try:
+        content = json.loads(plan_path(mission_file).read_text("utf-8"))
+    except (OSError, ValueError):
+        return {}
+    found = content.get("vehicle") if isinstance(content, dict) else None
+    return found if isinstance(found, dict) else {}

@@ -1,27 +1,37 @@
 """The one place where a session meets a clock and a connection: `upload_mission` and `download_mission`."""
 
+import contextlib
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
-from mavplan.errors import MavplanError, Problem, UncertainError
+from mavplan.errors import InputError, MavplanError, Problem, UncertainError
 from mavplan.link.codec import Codec
 from mavplan.link.connection import Connection
 from mavplan.link.download_session import DownloadSession
+from mavplan.link.home import MAX_HOME_DISTANCE_M, MAX_HOME_HEIGHT_M
 from mavplan.link.protocol import sender
 from mavplan.link.report import UploadReport
 from mavplan.link.session import Session
 from mavplan.link.transfer import Progress
+from mavplan.link.transfers import OWN, Transfers
 from mavplan.link.upload_session import UploadSession
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.model import Autopilot, Mission
-from mavplan.mission.sendable import check_sendable
+from mavplan.mission.uploadable import check_uploadable, item_count
+
+if TYPE_CHECKING:
+    from mavplan.link.mavsdk import Station
 
 MAX_SLEEP_S = 0.5
+STATION_SLEEP_S = 0.002
+"""MAVSDK has threads of its own, and what they want to be sent wakes nobody."""
 DOWNLOAD_DEADLINE_S = 120.0
 
 ProgressCallback = Callable[[Progress], None]
+Via = Literal["own", "mavsdk"]
 
 
 def default_deadline_s(items: int) -> float:
@@ -37,10 +47,13 @@ def upload_mission(
     system: int | None = None,
     place: str = "this connection",
     allow_armed: bool = False,
+    max_home_distance_m: float = MAX_HOME_DISTANCE_M,
+    max_home_height_m: float = MAX_HOME_HEIGHT_M,
     source: str = "",
     progress: ProgressCallback | None = None,
+    via: Via = "own",
 ) -> UploadReport:
-    """Store a mission on the vehicle of a link, read it back and compare.
+    """Store a mission with its fence and rally points on the vehicle of a link, read them back and compare.
 
     Parameters
     ----------
@@ -56,10 +69,14 @@ def upload_mission(
         What to call the connection in messages.
     allow_armed
         Write also to a vehicle whose motors may turn.
+    max_home_distance_m, max_home_height_m
+        How far the vehicle's home may be from the mission's.
     source
         Where the mission comes from, for messages about it.
     progress
         Called with every step.
+    via
+        Who carries out the transfers: our own state machines or MAVSDK.
 
     Returns
     -------
@@ -73,22 +90,27 @@ def upload_mission(
     NoLinkError
         No vehicle was heard.
     RefusedError
-        Refused, and the old mission is kept; or PX4 judges the stored mission not flyable.
+        Refused, and the old mission is kept; or PX4 judges the stored mission not flyable; or the vehicle's home is
+        elsewhere.
     UncertainError
         What the vehicle holds is not known, or is not what was sent (then with ``differences``).
     """
     if mission.autopilot is not None:
-        check_sendable(mission, AUTOPILOTS[mission.autopilot], source)
-    session = UploadSession(
-        mission,
-        now=time.monotonic(),
-        deadline_s=default_deadline_s(len(mission.items)) if deadline_s is None else deadline_s,
-        system=system,
-        place=place,
-        allow_armed=allow_armed,
-        source=source,
-    )
-    drive(session, connection, progress)
+        check_uploadable(mission, AUTOPILOTS[mission.autopilot], source)
+    with _carrier(via, connection) as (transfers, station):
+        session = UploadSession(
+            mission,
+            now=time.monotonic(),
+            deadline_s=default_deadline_s(item_count(mission)) if deadline_s is None else deadline_s,
+            system=system,
+            place=place,
+            allow_armed=allow_armed,
+            max_home_distance_m=max_home_distance_m,
+            max_home_height_m=max_home_height_m,
+            source=source,
+            transfers=transfers,
+        )
+        drive(session, connection, progress, station)
     if session.report is None:
         raise session.error or MavplanError("the upload ended without an outcome")
     return dataclasses.replace(
@@ -112,12 +134,13 @@ def download_mission(
     autopilot: Autopilot | None = None,
     place: str = "this connection",
     progress: ProgressCallback | None = None,
+    via: Via = "own",
 ) -> Downloaded:
     """Fetch the mission that the vehicle of a link holds.
 
     Parameters
     ----------
-    connection, deadline_s, system, place, progress
+    connection, deadline_s, system, place, progress, via
         As for `upload_mission`.
     autopilot
         The firmware it must run; None takes either.
@@ -135,30 +158,64 @@ def download_mission(
     CheckError
         It holds none.
     """
-    session = DownloadSession(
-        now=time.monotonic(), deadline_s=deadline_s, system=system, place=place, wanted=autopilot
-    )
-    drive(session, connection, progress)
+    with _carrier(via, connection) as (transfers, station):
+        session = DownloadSession(
+            now=time.monotonic(),
+            deadline_s=deadline_s,
+            system=system,
+            place=place,
+            wanted=autopilot,
+            transfers=transfers,
+        )
+        drive(session, connection, progress, station)
     if session.mission is None:
         raise session.error or MavplanError("the download ended without an outcome")
     return Downloaded(session.mission, (*session.warnings, *dropped_warnings(connection)))
 
 
-def drive(session: Session, connection: Connection, progress: ProgressCallback | None = None) -> None:
+@contextlib.contextmanager
+def _carrier(via: Via, connection: Connection) -> "Iterator[tuple[Transfers, Station | None]]":
+    """Give what makes the transfers, and MAVSDK where that is it."""
+    if via == "own":
+        yield OWN, None
+        return
+    if connection.signing is not None:
+        raise InputError("MAVSDK has no signing: it cannot be used on a link with a key")
+    try:
+        from mavplan.link.mavsdk import Station
+        from mavplan.link.mavsdk_transfers import mavsdk_transfers
+    except ImportError as error:
+        raise InputError(f"MAVSDK cannot be used here: {error}; pip install 'mavsdk>=4.1,<5'") from error
+    with contextlib.closing(Station()) as station:
+        yield mavsdk_transfers(station), station
+
+
+def drive(
+    session: Session,
+    connection: Connection,
+    progress: ProgressCallback | None = None,
+    station: "Station | None" = None,
+) -> None:
     """Run a session over a connection until it is done.
 
     An interrupt from the keyboard ends it with what is known; before a vehicle was found it is passed on.
+
+    Parameters
+    ----------
+    session, connection, progress
+        What to do, over what, and whom to tell.
+    station
+        MAVSDK, where it carries out the session's transfers.
     """
     codec = Codec(session.us, connection.signing)
     try:
         while not session.done:
-            _step(session, connection, codec, progress)
+            _step(session, connection, codec, progress, station)
     except KeyboardInterrupt:
         session.interrupt(time.monotonic())
         if not session.done:
             raise
-    for message in session.to_send():
-        connection.write(codec.encode(message))
+    _send(session, connection, codec, station)
     _tell(session, progress)
     if session.error is not None:
         _explain(session.error, codec)
@@ -179,21 +236,36 @@ def _explain(error: MavplanError, codec: Codec) -> None:
         error.args = (f"{error}; {words}",)
 
 
-def _step(session: Session, connection: Connection, codec: Codec, progress: ProgressCallback | None) -> None:
-    now = time.monotonic()
-    session.tick(now)
+def _send(session: Session, connection: Connection, codec: Codec, station: "Station | None") -> None:
     for message in session.to_send():
         connection.write(codec.encode(message))
+    for message in station.to_send(time.monotonic()) if station is not None else ():
+        connection.write(codec.encode(message))
+
+
+def _step(
+    session: Session,
+    connection: Connection,
+    codec: Codec,
+    progress: ProgressCallback | None,
+    station: "Station | None",
+) -> None:
+    now = time.monotonic()
+    session.tick(now)
+    _send(session, connection, codec, station)
     _tell(session, progress)
     if session.done:
         return
     timer = session.next_timer()
-    wait_s = MAX_SLEEP_S if timer is None else min(MAX_SLEEP_S, max(0.0, timer - time.monotonic()))
+    longest_s = MAX_SLEEP_S if station is None else STATION_SLEEP_S
+    wait_s = longest_s if timer is None else min(longest_s, max(0.0, timer - time.monotonic()))
     data = connection.read(wait_s)
     now = time.monotonic()
     for message in codec.decode(data, now):
         if session.vehicle is not None and sender(message) == session.vehicle.address:
             connection.hold_peer()
+            if station is not None:
+                station.feed(message)
         session.receive(message, now)
 
 

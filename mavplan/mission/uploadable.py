@@ -26,6 +26,13 @@ def lists_to_send(mission: Mission, rules: AutopilotRules) -> dict[int, tuple[Wi
     return {kind: items for kind, items in lists.items() if items} | {MISSION_TYPE: to_wire(mission, rules)}
 
 
+def item_count(mission: Mission) -> int:
+    """Return how many items go to the vehicle in all, home not counted."""
+    fence = mission.fence
+    areas = sum(len(area.vertices_e7) for area in fence.polygons) + len(fence.circles) if fence else 0
+    return len(mission.items) + areas + len(mission.rally)
+
+
 def check_uploadable(mission: Mission, rules: AutopilotRules, source: str = "") -> tuple[Problem, ...]:
     """Return the warnings about a mission, its fence and its rally points; raise what must not be sent.
 
