@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from mavplan.cli.link_options import open_link, signing_key_option
+from mavplan.cli.link_options import check_via, open_link, signing_key_option, via_option
 from mavplan.cli.upload import CONN_HELP, link_progress
 
 
@@ -38,6 +38,7 @@ from mavplan.cli.upload import CONN_HELP, link_progress
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="Refuse a vehicle with another firmware."
 )
 @signing_key_option
+@via_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def download_command(
     conn: str,
@@ -46,6 +47,7 @@ def download_command(
     timeout_s: float,
     autopilot: str | None,
     signing_key: Path | None,
+    via: str,
     as_json: bool,
 ) -> None:
     """Write the mission that a vehicle holds to FILE; nothing on the vehicle is changed.
@@ -58,6 +60,7 @@ def download_command(
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import download_mission
 
+    check_via(via, signing_key)
     endpoint = parse_endpoint(conn)
     format_of(output)
     with (
@@ -71,6 +74,7 @@ def download_command(
             autopilot=autopilot,  # type: ignore[arg-type]
             place=str(endpoint),
             progress=show,
+            via=via,  # type: ignore[arg-type]
         )
     say_problems(held.warnings)
     say_problems(write_mission(held.mission, output))
