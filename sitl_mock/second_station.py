@@ -36,6 +36,7 @@ class SecondStation:
         self._uploading = False
         self._repeat_at = math.inf
         self._count = 0
+        self._wanted = 0
         self._last: Message | None = None
 
     def receive(self, data: bytes, now: float) -> None:
@@ -54,13 +55,15 @@ class SecondStation:
             self._count = message.count
             self._request(0, now)
         elif name in {"MISSION_ITEM_INT", "MISSION_ITEM"}:
-            self._request(message.seq + 1, now)
+            if message.seq == self._wanted:  # a second copy must not set off a second row of requests
+                self._request(message.seq + 1, now)
         elif name in {"MISSION_REQUEST_INT", "MISSION_REQUEST"} and message.seq < len(ITEMS):
             self._send(self._item(message.seq), now)
         elif name == "MISSION_ACK" and (message.type == 0 or not self._uploading):
             self._last, self._repeat_at, self._uploading = None, math.inf, False
 
     def _request(self, seq: int, now: float) -> None:
+        self._wanted = seq
         if seq < self._count:
             self._send(mavlink.MAVLink_mission_request_int_message(self._vehicle, 1, seq, 0), now)
         else:

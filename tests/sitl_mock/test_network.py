@@ -212,6 +212,18 @@ def test_a_second_station_reads_and_its_traffic_is_heard(firmware: str) -> None:
 
 
 @BOTH
+def test_a_reading_second_station_on_a_doubling_radio_does_not_flood_it(firmware: str) -> None:
+    """Answering every copy of an item with a request of its own would double them without end."""
+    rig = faulty(firmware, "second-gcs,dup=1")
+    rig.upload(good_mission(firmware))
+    told = len(rig.heard)
+    rig.run(60)
+    foreign = [m for _, _, m in rig.heard[told:] if getattr(m, "target_system", 0) == 254]
+    items = len(good_mission(firmware))
+    assert 20 * items < len(foreign) < 20 * 8 * (items + 2)
+
+
+@BOTH
 def test_a_second_station_that_uploads_replaces_the_mission_after_ours_was_accepted(firmware: str) -> None:
     """By the time of a read-back another mission is there."""
     rig = faulty(firmware, "second-gcs=upload")
