@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from mavplan.errors import InputError, MavplanError
+from mavplan.planners.one_thread import one_thread
 from mavplan.study import engine
 from mavplan.study.engine import run_batch, run_study, run_tasks
-from mavplan.planners.one_thread import one_thread
 from mavplan.study.settings import Settings
 
 # Among them draws whose last digits depend on the number of threads.
