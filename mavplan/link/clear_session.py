@@ -92,8 +92,8 @@ class ClearSession(Session):
             )
             return
         watch = self._watch
-        if watch is not None and (refusal := armed_refusal(vehicle, watch.armed and not self._allow_armed)):
-            self.error = refusal
+        if watch is not None and watch.armed and not self._allow_armed:
+            self.error = RefusedError(f"{vehicle.address} has been armed meanwhile: nothing more was sent")
             self._say_cleared()
             return
         self._attempts += 1

@@ -15,8 +15,10 @@ from mavplan.mission.model import HomePosition
 ASK_AGAIN_S = 0.25
 PATIENCE_S = 10.0
 """For a vehicle that says nothing to it at all: at half of all packets lost, a home is missed once in 10,000 times."""
-NOES_BELIEVED = 8
+NOES_BELIEVED = 16
 """Answers without a home behind them: the home itself may be lost on the way, but not so often."""
+REFUSAL_COUNTS = 4
+"""An answer that says that there is none to be had counts for so many."""
 PATIENCE_SHARE = 1 / 3
 """Of the whole time that an upload has."""
 
@@ -37,15 +39,20 @@ class HomeQuery:
         The link's round trip.
     now, deadline
         Start, and when to give up.
+    asked_alone
+        Nothing else is requested meanwhile, so that an answer to a request is one to this.
     """
 
-    def __init__(self, vehicle: Address, pace: Pace, *, now: float, deadline: float) -> None:
+    def __init__(
+        self, vehicle: Address, pace: Pace, *, now: float, deadline: float, asked_alone: bool = True
+    ) -> None:
         self.home: HomePosition | None = None
         self._vehicle = vehicle
         self._pace = pace
         self._deadline = deadline
         self._ask_at = now
         self._noes = 0
+        self._counts_answers = asked_alone
         self._outbox: list[Message] = []
         self._over = False
 
@@ -62,8 +69,8 @@ class HomeQuery:
         kind = message.get_type()
         if kind == "HOME_POSITION" and (message.latitude or message.longitude):
             self.home = HomePosition(message.latitude, message.longitude, message.altitude / 1000)
-        elif kind == "COMMAND_ACK" and message.command == REQUEST_MESSAGE:
-            self._noes += 1
+        elif kind == "COMMAND_ACK" and message.command == REQUEST_MESSAGE and self._counts_answers:
+            self._noes += REFUSAL_COUNTS if message.result else 1
 
     def tick(self, now: float) -> None:
         """Ask again, or give up."""

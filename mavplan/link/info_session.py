@@ -29,6 +29,8 @@ from mavplan.mission.model import Autopilot, HomePosition, Mission
 ASK_AGAIN_S = 0.5
 QUERY_S = 10.0
 """For each question: what was not told by then is not told."""
+HOME_S = 5.0
+"""A vehicle that has no home yet stays silent."""
 LISTEN_S = 2.5
 """Heartbeats come once a second: so long it takes to hear the other stations."""
 GROUND_STATION_TYPE = 6
@@ -115,7 +117,11 @@ class InfoSession(Session):
         self._ask_at = now
         self._ask_until = now + QUERY_S
         self._home = HomeQuery(
-            vehicle.address, self._pace, now=now, deadline=min(self.deadline, now + QUERY_S)
+            vehicle.address,
+            self._pace,
+            now=now,
+            deadline=min(self.deadline, now + HOME_S),
+            asked_alone=False,
         )
         self._on_tick(now)
 

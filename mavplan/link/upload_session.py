@@ -163,9 +163,9 @@ class UploadSession(Session):
         vehicle, watch = self.vehicle, self._watch
         if vehicle is None or watch is None:
             return
-        refusal = armed_refusal(vehicle, watch.armed and not self._allow_armed)
-        if refusal is not None:
-            self.error = self._with_what_is_new(refusal)
+        if watch.armed and not self._allow_armed:
+            said = f"{vehicle.address} has been armed meanwhile: nothing more was sent"
+            self.error = self._with_what_is_new(RefusedError(said))
             return
         kind, items = self._todo.pop(0)
         self._store = Store(
@@ -210,7 +210,7 @@ class UploadSession(Session):
     def _with_what_is_new(self, error: MavplanError) -> MavplanError:
         """Say also which lists are new on the vehicle, and which were not sent."""
         here = self._store.kind if self._store is not None else MISSION_TYPE
-        if here != MISSION_TYPE or (self._store is not None and here in self._stored):
+        if here != MISSION_TYPE:
             error = told_besides(error, "the mission was not sent")
         if new := [THINGS[kind] for kind in self._stored if kind != MISSION_TYPE]:
             verb = "are" if len(new) > 1 or new[0].endswith("s") else "is"
