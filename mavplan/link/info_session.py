@@ -212,6 +212,7 @@ class InfoSession(Session):
 
     def _finish(self, info: VehicleInfo) -> None:
         info.home = self._home.home if self._home is not None else None
+        info.counts = {THINGS[kind]: None for kind in MissionType}
         for count in self._counts:
             home = int(count.mission_type == MissionType.MISSION and self.rules.home_on_wire)
             held = None if count.count is None else max(0, count.count - home)
