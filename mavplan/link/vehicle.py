@@ -13,7 +13,7 @@ from mavplan.link.connection import Connection
 from mavplan.link.download_session import DownloadSession
 from mavplan.link.home import MAX_HOME_DISTANCE_M, MAX_HOME_HEIGHT_M
 from mavplan.link.protocol import sender
-from mavplan.link.report import UploadReport
+from mavplan.link.report import DiffersError, UploadReport
 from mavplan.link.session import Session
 from mavplan.link.transfer import Progress
 from mavplan.link.transfers import OWN, Transfers
@@ -230,7 +230,8 @@ def dropped_warnings(connection: Connection) -> list[Problem]:
 def _explain(error: MavplanError, codec: Codec) -> None:
     """Add to an error what signing may have to do with it."""
     words = codec.signing.dropped_words() if codec.signing is not None else ""
-    if codec.signing is None and codec.signed and isinstance(error, UncertainError):
+    unanswered = isinstance(error, UncertainError) and not isinstance(error, DiffersError)
+    if codec.signing is None and codec.signed and unanswered:
         words = "the vehicle signs its messages: it may listen only to the holder of its key (--signing-key)"
     if words:
         error.args = (f"{error}; {words}",)

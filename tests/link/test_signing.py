@@ -196,3 +196,22 @@ def test_without_a_key_signed_frames_are_read_and_counted():
     codec = Codec()
     assert len(codec.decode(vehicle_frame(pymavlink_end()), 0.0)) == 1
     assert codec.signed == 1
+
+
+def test_a_vehicle_whose_clock_is_days_behind_is_heard_as_soon_as_it_has_heard_us():
+    """An autopilot without GPS counts on from its last flight, until a greater stamp comes."""
+    codec, end = Codec(signing=signing()), pymavlink_end(timestamp=NOW - 1000 * OLD)
+    assert codec.decode(vehicle_frame(end), 0.0) == []
+    end.decode(bytearray(codec.encode(heartbeat())))
+    assert len(codec.decode(vehicle_frame(end), 0.0)) == 1
+
+
+@given(st.binary(max_size=400))
+def test_noise_is_no_message_and_hides_no_signed_frame(noise):
+    codec = Codec(signing=signing())
+    assert codec.decode(noise, 0.0) == []
+    end = pymavlink_end()
+    found = codec.decode(vehicle_frame(end), 10.0)
+    for _ in range(30):
+        found += codec.decode(vehicle_frame(end), 20.0)
+    assert found
