@@ -119,8 +119,12 @@ def refused(
         name = command_name(upload.items[outcome.seq].command)
         what = f"{rules.title} refused item {outcome.seq} ({name}): {result_words(outcome.result or 0)}"
     said = f"; it says {'; '.join(repr(text) for text in texts)}" if texts else ""
-    if manners.atomic or not upload.taken:
+    # A whole try before this one may have been stored, unless it was the refusal of a whole list each time.
+    stored_before = upload.was_whole and outcome.result != Result.ERROR
+    if not upload.taken or (manners.atomic and not stored_before):
         return RefusedError(f"{what}{said}; the vehicle keeps {_old(stored, upload.mission_type)}")
+    if stored is None and manners.atomic:
+        return UncertainError(f"{what}; whether it stored an earlier try is not known: do not fly it{said}")
     if stored is None:
         rest = f"the items before it are new and the rest is old: do not fly it{said}"
         return UncertainError(f"{what}; {rest}")

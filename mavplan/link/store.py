@@ -229,8 +229,8 @@ class Store:
                 self._uploaded_at = now
                 self._foreign_writes = self._watch.foreign_writes
                 self.phase = Phase.READING
+                self._verdict = None
                 self._read(now)
-                self._verdict = self._new_verdict(now)
             case UploadEnd.REFUSED:
                 self.phase = Phase.REPORTING
                 self._read(now, deadline=min(self.deadline, now + REFUSAL_READ_S))
@@ -239,10 +239,12 @@ class Store:
                 self.outcome = broken_off(self.upload, self.rules, self.manners, cause)
 
     def _new_verdict(self, now: float) -> Verdict | None:
+        """Return one that hears only what is said after the read-back, and of the mission that was read back."""
         wait_s = self.manners.judges_after_s
         if wait_s is None or self.kind != MissionType.MISSION:
             return None
-        return Verdict(self._vehicle, len(self.items), self.upload.opaque_id, not_before=now + wait_s)
+        not_before = max(now, self._uploaded_at + wait_s)
+        return Verdict(self._vehicle, len(self.items), self._opaque_id, not_before=not_before)
 
     def _read(self, now: float, deadline: float | None = None) -> None:
         self._read_backs += 1
@@ -261,6 +263,7 @@ class Store:
     def _read_again(self, now: float) -> None:
         self._note("reading back", "another station or a restart: reading again")
         self.phase = Phase.READING
+        self._verdict = None
         if self._download is None:
             self._read(now)
         else:
@@ -275,7 +278,8 @@ class Store:
         found = differences(self.items, outcome.items, self.rules, self.kind)
         if not found:
             self._stored = outcome.items
-            self._opaque_id = download.opaque_id
+            self._opaque_id = download.opaque_id or self.upload.opaque_id
+            self._verdict = self._new_verdict(now)
             self.phase = Phase.SETTLING
         elif watch.foreign_writes > self._foreign_writes:
             reason = "another ground station has written to the vehicle: "
@@ -327,7 +331,6 @@ class Store:
     def _settle(self, now: float) -> None:
         verdict = self._verdict
         if verdict is not None and verdict.other_mission:
-            verdict.other_mission = False
             self._read_again(now)
             return
         if now < self._settled_at() or (verdict is not None and verdict.outcome is None):
@@ -342,7 +345,7 @@ class Store:
         self.outcome = Stored(
             items=self._stored,
             judgement=judgement,
-            opaque_id=upload.opaque_id or self._opaque_id,
+            opaque_id=self._opaque_id,
             upload_s=self._uploaded_at - (upload.started_at if upload.started_at is not None else now),
             uploads=upload.attempts,
             read_backs=self._read_backs,

@@ -42,6 +42,8 @@ LAST_ITEM_S = 1.5
 """Silence after the last item for this long: read back instead of waiting for an ACK that may be lost."""
 REFUSALS_BELIEVED = 3
 """Counts in a row that must be refused where a refusal could be a late answer to something else."""
+FULL_BELIEVED = 8
+"""Counts in a row without room where the vehicle may be starting: the text that would say so may be lost."""
 
 
 class UploadEnd(Enum):
@@ -113,13 +115,16 @@ class Upload(Transfer):
         """Whether the vehicle ever asked for an item: from then on ArduPilot's old mission is gone."""
         self.highest_asked = -1
         """Highest item ever asked for."""
-        self.unanswered_counts = 0
-        """Counts of which nothing was heard: they may have arrived all the same."""
+        self.was_whole = False
+        """Whether an earlier try sent every item: the vehicle may have stored that."""
         self.put_off_by: int | None = None
         """The last result that put us off."""
+        self._counts_unheard = 0
         self._count_is_open = False
+        self._counted = False
         self._refused_counts = 0
         self._space_told: int | None = None
+        self._boots = False
         self._sent_at: dict[int, float] = {}
         self._sends: dict[int, int] = {}
         self._asked = 0
@@ -134,6 +139,11 @@ class Upload(Transfer):
         """Whether every item has been sent since the last count."""
         return len(self._sent_at) == len(self.items)
 
+    @property
+    def unanswered_counts(self) -> int:
+        """Counts of which nothing was heard: they may have arrived all the same."""
+        return self._counts_unheard + int(self._count_is_open)
+
     def restart(self, now: float, pause_s: float = 0.0) -> None:
         """Do it all again, after a pause."""
         self.outcome = None
@@ -145,8 +155,7 @@ class Upload(Transfer):
     def tell_space(self, items: int) -> None:
         """Take the number of items the vehicle says it has room for (home included); it comes after the ACK."""
         self._space_told = items
-        if items == 0:  # it is still starting
-            self._refused_counts = 0
+        self._boots = items == 0  # it is still starting
         refused = self.state is State.PAUSED and self.put_off_by == Result.NO_SPACE
         if refused and 0 < items < len(self.items):
             self._end(Move.REFUSED, UploadOutcome(UploadEnd.REFUSED, Result.NO_SPACE))
@@ -160,9 +169,8 @@ class Upload(Transfer):
     # -- sending ----------------------------------------------------------------------------------------------
 
     def _ask(self, now: float) -> None:
-        if self._count_is_open:
-            self.unanswered_counts += 1
-        self._count_is_open = True
+        self._counts_unheard += int(self._count_is_open)
+        self._count_is_open = self._counted = True
         self.started_at = now if self.started_at is None else self.started_at
         self.count_sent_at = now
         self._space_told = None
@@ -170,6 +178,8 @@ class Upload(Transfer):
 
     def _begin(self, now: float) -> None:
         self.attempts += 1
+        self.was_whole = self.was_whole or (self.attempts > 1 and self.all_sent)
+        self._counted = False
         self._sent_at.clear()
         self._sends.clear()
         self._asked = 0
@@ -232,8 +242,11 @@ class Upload(Transfer):
                 self._on_ack(message, now)
 
     def _on_request(self, seq: int, now: float) -> None:
-        over = self.outcome is not None and self.outcome.end in {UploadEnd.REFUSED, UploadEnd.EXPIRED}
-        if not 0 <= seq < len(self.items) or over or self.count_sent_at is None:
+        # Before the count of this try is out, a request is an answer to an earlier one's.
+        if not 0 <= seq < len(self.items) or not self._counted:
+            return
+        if self.outcome is not None and self.outcome.end in {UploadEnd.REFUSED, UploadEnd.EXPIRED}:
+            self.taken = True  # a late copy of the count was taken after all
             return
         if self.state is State.ENDED:
             self.outcome = None
@@ -253,7 +266,7 @@ class Upload(Transfer):
         self._on_moving(now)
 
     def _on_ack(self, message: Message, now: float) -> None:
-        if self.state is State.ENDED or self.count_sent_at is None:
+        if self.state is State.ENDED or not self._counted:
             return
         result = int(message.type)
         self._count_is_open = False
@@ -284,7 +297,7 @@ class Upload(Transfer):
         if (
             not booting
             or (told and told < len(self.items))
-            or (told is None and self._refused_counts >= REFUSALS_BELIEVED)
+            or (told is None and not self._boots and self._refused_counts >= FULL_BELIEVED)
         ):
             self._end(Move.REFUSED, UploadOutcome(UploadEnd.REFUSED, Result.NO_SPACE))
         else:

@@ -176,11 +176,11 @@ def test_no_space_while_ardupilot_boots_is_waited_out():
     assert ask(upload, 0, 12.0) == ["ITEM 0"]
 
 
-def test_no_space_without_a_number_is_believed_at_once_from_px4_and_the_third_time_from_ardupilot():
+def test_no_space_without_a_number_is_believed_at_once_from_px4_and_the_eighth_time_from_ardupilot():
     px4, ardupilot = opened(autopilot="px4"), opened()
     px4.receive(ack(4), 0.1)
     assert px4.outcome.end is UploadEnd.REFUSED
-    for attempt in range(3):
+    for attempt in range(8):
         assert ardupilot.outcome is None
         ardupilot.receive(ack(4), float(attempt))
         until(ardupilot, attempt + 1.0)
