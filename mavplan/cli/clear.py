@@ -5,8 +5,8 @@ from pathlib import Path
 
 import click
 
-from mavplan.cli.link_options import open_link, signing_key_option
-from mavplan.cli.upload import CONN_HELP, link_progress, tell_failure
+from mavplan.cli.link_options import link_options, open_link
+from mavplan.cli.upload import link_progress, tell_failure
 from mavplan.errors import InputError, MavplanError
 
 MISSION, FENCE, RALLY = 0, 1, 2
@@ -14,28 +14,12 @@ MISSION, FENCE, RALLY = 0, 1, 2
 
 
 @click.command("clear", short_help="Delete what a vehicle holds.")
-@click.option("--conn", required=True, metavar="SPEC", help=CONN_HELP)
+@link_options(60.0)
 @click.option("--fence", is_flag=True, help="Clear the fence, and not the mission.")
 @click.option("--rally", is_flag=True, help="Clear the rally points, and not the mission.")
 @click.option("--all", "everything", is_flag=True, help="Clear the mission, the fence and the rally points.")
 @click.option("--yes", is_flag=True, help="Do not ask.")
-@click.option(
-    "--system",
-    type=click.IntRange(1, 255),
-    metavar="N",
-    help="MAVLink system of the vehicle, where several are on the line.",
-)
-@click.option(
-    "--timeout",
-    "timeout_s",
-    type=click.FloatRange(min=0, min_open=True),
-    default=60.0,
-    show_default=True,
-    metavar="S",
-    help="Seconds after which it is over, whatever happens.",
-)
 @click.option("--allow-armed", is_flag=True, help="Clear also on a vehicle that is armed.")
-@signing_key_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def clear_command(
     conn: str,

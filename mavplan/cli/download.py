@@ -5,12 +5,12 @@ from pathlib import Path
 
 import click
 
-from mavplan.cli.link_options import check_via, open_link, signing_key_option, via_option
-from mavplan.cli.upload import CONN_HELP, link_progress
+from mavplan.cli.link_options import check_via, link_options, open_link, via_option
+from mavplan.cli.upload import link_progress
 
 
 @click.command("download", short_help="Save the mission that a vehicle holds.")
-@click.option("--conn", required=True, metavar="SPEC", help=CONN_HELP)
+@link_options(120.0)
 @click.option(
     "-o",
     "--output",
@@ -20,24 +20,8 @@ from mavplan.cli.upload import CONN_HELP, link_progress
     help="Write this file, .plan or .waypoints.",
 )
 @click.option(
-    "--system",
-    type=click.IntRange(1, 255),
-    metavar="N",
-    help="MAVLink system of the vehicle, where several are on the line.",
-)
-@click.option(
-    "--timeout",
-    "timeout_s",
-    type=click.FloatRange(min=0, min_open=True),
-    default=120.0,
-    show_default=True,
-    metavar="S",
-    help="Seconds after which it is over, whatever happens.",
-)
-@click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="Refuse a vehicle with another firmware."
 )
-@signing_key_option
 @via_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def download_command(

@@ -6,31 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mavplan.cli.link_options import open_link, signing_key_option
-from mavplan.cli.upload import CONN_HELP
+from mavplan.cli.link_options import link_options, open_link
 
 if TYPE_CHECKING:
     from mavplan.link.info_session import VehicleInfo
 
 
 @click.command("info", short_help="Tell what a vehicle is and holds.")
-@click.option("--conn", required=True, metavar="SPEC", help=CONN_HELP)
-@click.option(
-    "--system",
-    type=click.IntRange(1, 255),
-    metavar="N",
-    help="MAVLink system of the vehicle, where several are on the line.",
-)
-@click.option(
-    "--timeout",
-    "timeout_s",
-    type=click.FloatRange(min=0, min_open=True),
-    default=30.0,
-    show_default=True,
-    metavar="S",
-    help="Seconds after which it is over, whatever happens.",
-)
-@signing_key_option
+@link_options(30.0)
 @click.option("--json", "as_json", is_flag=True, help="Print it as one JSON object.")
 def info_command(
     conn: str, system: int | None, timeout_s: float, signing_key: Path | None, as_json: bool

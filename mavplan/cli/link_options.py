@@ -14,14 +14,51 @@ if TYPE_CHECKING:
 _Command = TypeVar("_Command", bound=Callable[..., object])
 
 
-def signing_key_option(command: _Command) -> _Command:
-    """Add ``--signing-key FILE`` to a command."""
-    return click.option(
-        "--signing-key",
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help="MAVLink 2 signing: 32 raw bytes or 64 hexadecimal digits in a file of mode 0600.",
-    )(command)
+CONN_HELP = (
+    "Where the vehicle is: udp:HOST:PORT (listen), udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT, "
+    "/dev/ttyUSB0,57600; MAVSDK's udpin://… too."
+)
+
+
+def link_options(default_timeout_s: float | None = None) -> Callable[[_Command], _Command]:
+    """Give a decorator that adds ``--conn``, ``--system``, ``--timeout`` and ``--signing-key`` to a command.
+
+    Parameters
+    ----------
+    default_timeout_s
+        None: two minutes and a second for each item.
+    """
+    unless = "; by default 2 minutes and 1 s an item" if default_timeout_s is None else ""
+
+    def add(command: _Command) -> _Command:
+        for option in (
+            click.option(
+                "--signing-key",
+                type=click.Path(path_type=Path),
+                metavar="FILE",
+                help="MAVLink 2 signing: 32 raw bytes or 64 hexadecimal digits in a file of mode 0600.",
+            ),
+            click.option(
+                "--timeout",
+                "timeout_s",
+                type=click.FloatRange(min=0, min_open=True),
+                default=default_timeout_s,
+                show_default=default_timeout_s is not None,
+                metavar="S",
+                help=f"Seconds after which it is over, whatever happens{unless}.",
+            ),
+            click.option(
+                "--system",
+                type=click.IntRange(1, 255),
+                metavar="N",
+                help="MAVLink system of the vehicle, where several are on the line.",
+            ),
+            click.option("--conn", required=True, metavar="SPEC", help=CONN_HELP),
+        ):
+            command = option(command)
+        return command
+
+    return add
 
 
 def via_option(command: _Command) -> _Command:

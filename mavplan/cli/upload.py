@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mavplan.cli.link_options import check_via, open_link, signing_key_option, via_option
+from mavplan.cli.link_options import check_via, link_options, open_link, via_option
 from mavplan.errors import MavplanError
 
 if TYPE_CHECKING:
@@ -16,28 +16,10 @@ if TYPE_CHECKING:
     from mavplan.link.transfer import Progress
     from mavplan.mission.readback import Difference
 
-CONN_HELP = (
-    "Where the vehicle is: udp:HOST:PORT (listen), udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT, "
-    "/dev/ttyUSB0,57600; MAVSDK's udpin://… too."
-)
-
 
 @click.command("upload", short_help="Upload a mission to a vehicle and read it back.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--conn", required=True, metavar="SPEC", help=CONN_HELP)
-@click.option(
-    "--system",
-    type=click.IntRange(1, 255),
-    metavar="N",
-    help="MAVLink system of the vehicle, where several are on the line.",
-)
-@click.option(
-    "--timeout",
-    "timeout_s",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="S",
-    help="Seconds after which it is over, whatever happens; by default 2 minutes and 1 s an item.",
-)
+@link_options()
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."
 )
@@ -60,7 +42,6 @@ CONN_HELP = (
     metavar="M",
     help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
 )
-@signing_key_option
 @via_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def upload_command(

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mavplan.cli.link_options import open_link, signing_key_option
-from mavplan.cli.upload import CONN_HELP, link_progress, tell_failure
+from mavplan.cli.link_options import link_options, open_link
+from mavplan.cli.upload import link_progress, tell_failure
 from mavplan.errors import MavplanError
 
 if TYPE_CHECKING:
@@ -16,26 +16,10 @@ if TYPE_CHECKING:
 
 @click.command("verify", short_help="Tell whether a vehicle holds this mission.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--conn", required=True, metavar="SPEC", help=CONN_HELP)
-@click.option(
-    "--system",
-    type=click.IntRange(1, 255),
-    metavar="N",
-    help="MAVLink system of the vehicle, where several are on the line.",
-)
-@click.option(
-    "--timeout",
-    "timeout_s",
-    type=click.FloatRange(min=0, min_open=True),
-    default=120.0,
-    show_default=True,
-    metavar="S",
-    help="Seconds after which it is over, whatever happens.",
-)
+@link_options(120.0)
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."
 )
-@signing_key_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def verify_command(
     file: Path,
