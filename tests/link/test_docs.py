@@ -42,4 +42,5 @@ def test_the_exit_codes_are_the_codes():
         ExitCode.NO_LINK,
         ExitCode.REFUSED,
         ExitCode.UNCERTAIN,
+        ExitCode.CHECK_FAILED,
     }
