@@ -65,6 +65,7 @@ class ClearSession(Session):
         self.report: ClearReport | None = None
         self._todo = [int(kind) for kind in kinds]
         self._cleared: list[int] = []
+        self._writes: dict[int, int] = {}
         self._allow_armed = allow_armed
         self._clear: Clear | None = None
         self._count: Count | None = None
@@ -86,12 +87,17 @@ class ClearSession(Session):
 
     def _next(self, vehicle: Vehicle, now: float) -> None:
         self._count = None
+        watch = self._watch
+        if watch is not None and (written := [k for k in self._cleared if watch.writes[k] > self._writes[k]]):
+            names = " and ".join(THINGS[kind] for kind in written)
+            said = f"another ground station has written to the {names} since they were cleared"
+            self.error = UncertainError(f"{said}: what the vehicle holds is not known")
+            return
         if not self._todo:
             self.report = ClearReport(
                 self.rules.name, vehicle.address, tuple(THINGS[kind] for kind in self._cleared)
             )
             return
-        watch = self._watch
         if watch is not None and watch.armed and not self._allow_armed:
             self.error = RefusedError(f"{vehicle.address} has been armed meanwhile: nothing more was sent")
             self._say_cleared()
@@ -152,6 +158,7 @@ class ClearSession(Session):
         # ArduPilot counts its home, which is always there, only where there is a mission behind it.
         if count <= int(kind == 0 and self.rules.home_on_wire):
             self._cleared.append(self._todo.pop(0))
+            self._writes[kind] = self._watch.writes[kind] if self._watch is not None else 0
             self._attempts = 0
             self._next(vehicle, now)
         elif self._attempts < ATTEMPTS:

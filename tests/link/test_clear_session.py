@@ -8,6 +8,7 @@ from mavplan.link.codec import Codec
 from sitl_mock.faults import parse_faults
 from tests.link.fenced import arm, fenced, stored
 from tests.link.harness import Radio, make_network, run, upload
+from tests.link.script import OTHER_STATION, VEHICLE, count
 
 BOTH = pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
 
@@ -114,3 +115,21 @@ def test_nobody_there_is_no_link(firmware):
 @BOTH
 def test_clearing_nothing_is_fine(firmware):
     assert clear(make_network(firmware)).session.report is not None
+
+
+@BOTH
+def test_another_station_that_writes_after_a_list_was_cleared_is_told(firmware):
+    network = full(firmware)
+    session = ClearSession((0, 1, 2), now=network.clock_s, deadline_s=60.0)
+    plain, told = session.tick, []
+
+    def tick(now):
+        plain(now)
+        if session._cleared == [0] and not told:
+            told.append(count(3, to=VEHICLE, by=OTHER_STATION))
+            session.receive(told[0], now)
+
+    session.tick = tick
+    result = run(session, network)
+    assert isinstance(result.error, UncertainError)
+    assert "another ground station has written to the mission" in str(result.error)

@@ -2,6 +2,8 @@
 
 import json
 import socket
+import subprocess
+import sys
 
 import pytest
 
@@ -38,7 +40,7 @@ def test_upload_verify_info_clear_and_verify_again(tmp_path, firmware):
         assert shown.returncode == 0, shown.stderr
         assert json.loads(shown.stdout)["items"] == {"mission": 7, "fence": 5, "rally_points": 2}
 
-        silent = mavplan("clear", *line_to, folder=tmp_path, stdin=-3)
+        silent = mavplan("clear", *line_to, folder=tmp_path, stdin=subprocess.DEVNULL)
         assert silent.returncode == 2
         assert "--yes" in silent.stderr
         cleared = mavplan("clear", *line_to, "--fence", folder=tmp_path, input="y\n")
@@ -74,3 +76,12 @@ def test_nobody_there_is_exit_3_in_one_sentence(tmp_path, command):
     assert ran.returncode == 3
     assert ran.stderr.count("\n") == 1
     assert conn in ran.stderr
+
+
+def test_verify_info_and_clear_import_nothing_heavy():
+    code = (
+        "import sys, mavplan.cli.verify, mavplan.cli.info, mavplan.cli.clear, mavplan.link.services;"
+        "print(*{'scipy', 'sklearn', 'cvxpy', 'pyproj', 'pydantic', 'numpy', 'mavsdk'} & sys.modules.keys())"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout == "\n"
