@@ -3,7 +3,7 @@
 import random
 from dataclasses import dataclass
 
-from benchmarks.transfer_case import Case
+from benchmarks.transfer_case import Case, Work
 from mavplan.mission.model import Autopilot
 from sitl_mock.items import Result
 
@@ -34,6 +34,10 @@ class Cell:
         Part of the runs that must be verified; None: that depends.
     firmwares
         Whom it concerns.
+    areas
+        How often a fence and rally points go with the mission.
+    work
+        What is done.
     """
 
     name: str
@@ -44,6 +48,8 @@ class Cell:
     items: tuple[int, int] = (ITEMS, ITEMS)
     least_verified: float | None = None
     firmwares: tuple[Autopilot, ...] = BOTH
+    areas: float = 0.0
+    work: Work = "upload"
 
     def case(self, firmware: Autopilot, seed: int, number: int) -> Case:
         """Return the case of this number; the same every time."""
@@ -51,7 +57,10 @@ class Cell:
         items = chance.randint(*self.items)
         faults = _chosen(chance.choice(self.faults), chance) if self.faults else _mixture(chance)
         deadline_s = chance.choice(self.deadlines_s) if self.deadlines_s else 120.0 + items
-        return Case(firmware, faults, items, deadline_s, chance.getrandbits(48), self.vehicle)
+        areas = chance.random() < self.areas
+        return Case(
+            firmware, faults, items, deadline_s, chance.getrandbits(48), self.vehicle, areas, self.work
+        )
 
 
 def _chosen(text: str, chance: random.Random) -> str:
@@ -91,6 +100,9 @@ def _mixture(chance: random.Random) -> str:
     )
 
 
+SOON_OR_LATE = (3.0, 10.0, 30.0, 100.0, 200.0)
+FENCED = ("", "drop=0.3", "dup={0.3|1}", "reorder={0.3|1}", "drop=0.1,dup=0.1,reorder=0.1,corrupt=0.01")
+
 CELLS: tuple[Cell, ...] = (
     Cell("nothing", ("",), 5, least_verified=1.0),
     Cell("5 to 200 items", ("",), 5, items=(5, 200), least_verified=1.0),
@@ -119,5 +131,9 @@ CELLS: tuple[Cell, ...] = (
     Cell("armed", ("", "drop=0.3"), 2, vehicle="armed"),
     Cell("drop=0.3, 5 to 200", ("drop=0.3",), 15, items=(5, 200), least_verified=0.99),
     Cell("a bad day", ("drop=0.3,dup=0.1,reorder=0.1,delay=50ms,corrupt=0.01",), 20),
-    Cell("mixture", (), 80, items=(5, 120), deadlines_s=(3.0, 10.0, 30.0, 100.0, 200.0)),
+    Cell("fence, rally points", FENCED, 30, areas=1.0, least_verified=0.999),
+    Cell("mixture", (), 80, items=(5, 120), deadlines_s=SOON_OR_LATE, areas=0.2),
+    Cell("verify", (), 30, items=(5, 80), deadlines_s=SOON_OR_LATE, areas=0.3, work="verify"),
+    Cell("download", (), 30, items=(5, 80), deadlines_s=SOON_OR_LATE, work="download"),
+    Cell("clear", (), 30, items=(5, 80), deadlines_s=SOON_OR_LATE, areas=0.3, work="clear"),
 )

@@ -4,12 +4,14 @@ A mission made here is written down twice: as the `Mission` that is uploaded, an
 was measured to give back for it (docs/sitl_mock.md). Fields are compared one by one with what the mock holds.
 """
 
+import dataclasses
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from mavplan.mission.geofence import Fence, FenceCircle, FencePolygon, RallyPoint
 from mavplan.mission.model import NAN, Autopilot, Command, Frame, HomePosition, Mission, MissionItem
 from sitl_mock.items import StoredItem
 
@@ -29,18 +31,19 @@ class Expected:
     x: int = 0
     y: int = 0
     z: Field = 0.0
+    autocontinue: Field = 1.0
 
     def is_held(self, stored: StoredItem, seq: int) -> bool:
         """Whether a stored item is this one."""
-        pairs: list[tuple[Field, float]] = [*zip(self.params, stored.params, strict=True), (self.z, stored.z)]
-        return (stored.seq, stored.frame, stored.command, stored.x, stored.y, stored.autocontinue) == (
-            seq,
-            self.frame,
-            self.command,
-            self.x,
-            self.y,
-            1,
-        ) and all(_agrees(wanted, found) for wanted, found in pairs)
+        place = (stored.seq, stored.frame, stored.command, stored.x, stored.y)
+        pairs: list[tuple[Field, float]] = [
+            *zip(self.params, stored.params, strict=True),
+            (self.z, stored.z),
+            (self.autocontinue, stored.autocontinue),
+        ]
+        return place == (seq, self.frame, self.command, self.x, self.y) and all(
+            _agrees(wanted, found) for wanted, found in pairs
+        )
 
 
 def _agrees(wanted: Field, found: float) -> bool:
@@ -57,10 +60,24 @@ def _centimetres(alt_m: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """A mission and what must be stored of it, home left out."""
+    """A mission and what must be stored of it, home left out; and of its fence and rally points, if it has them."""
 
     mission: Mission
     expected: tuple[Expected, ...]
+    fence: tuple[Expected, ...] = ()
+    rally: tuple[Expected, ...] = ()
+
+    def areas_are_held(self, fence: Sequence[StoredItem], rally: Sequence[StoredItem]) -> bool:
+        """Whether the vehicle holds the fence and the rally points, where the mission has them."""
+        lists = ((self.fence, fence), (self.rally, rally))
+        return all(
+            not wanted
+            or (
+                len(wanted) == len(held)
+                and all(w.is_held(h, n) for n, (w, h) in enumerate(zip(wanted, held, strict=True)))
+            )
+            for wanted, held in lists
+        )
 
     def is_held(self, stored: Sequence[StoredItem]) -> bool:
         """Whether the vehicle holds this very mission."""
@@ -101,6 +118,31 @@ def make_sample(autopilot: Autopilot, count: int, chance: random.Random, *, too_
         pairs.append((back, Expected(0 if is_ardupilot else 2, 20, (0, 0, 0, 0))))
     mission = Mission(tuple(item for item, _ in pairs), HOME, autopilot)
     return Sample(mission, tuple(expected for _, expected in pairs))
+
+
+def with_areas(sample: Sample, chance: random.Random) -> Sample:
+    """Give a sample a fence about all its stops, a circle to keep out of, and a few rally points."""
+    is_ardupilot = sample.mission.autopilot == "ardupilot"
+    half = 200_000 + chance.randrange(10_000)
+    corners = tuple(
+        (HOME.lat_e7 + north * half, HOME.lon_e7 + east * half)
+        for north, east in ((-1, -1), (-1, 1), (1, 1), (1, -1))
+    )
+    away, radius_m = HOME.lat_e7 + 500_000, float(chance.randint(20, 90))
+    points = tuple(
+        RallyPoint(HOME.lat_e7 + chance.randrange(9_000), HOME.lon_e7 + 50, float(chance.randint(20, 60)))
+        for _ in range(chance.randint(1, 4))
+    )
+    frame = 0 if is_ardupilot else 5
+    polygon = [Expected(frame, 5001, (4, 0, 0, 0), x, y, autocontinue=0) for x, y in corners]
+    circle = Expected(frame, 5004, (radius_m, 0, 0, 0), away, HOME.lon_e7, autocontinue=0)
+    rally = tuple(
+        Expected(3 if is_ardupilot else 6, 5100, (0, 0, 0, 0), p.lat_e7, p.lon_e7, p.alt_rel_m, (0.0, 1.0))
+        for p in points
+    )
+    fence = Fence((FencePolygon(True, corners),), (FenceCircle(False, away, HOME.lon_e7, radius_m),))
+    mission = dataclasses.replace(sample.mission, fence=fence, rally=points)
+    return Sample(mission, sample.expected, (*polygon, circle), rally)
 
 
 def _take_off(is_ardupilot: bool, too_low: bool) -> tuple[MissionItem, Expected]:

@@ -15,15 +15,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 
-from benchmarks.transfer_case import Result, run_case
 from benchmarks.transfer_cells import CELLS, Cell
+from benchmarks.transfer_judge import Result, run_case
 from mavplan.cli.console import progress, stdout
 from mavplan.mission.model import Autopilot
 
 RUNS = 20_000
 CHUNK = 10
 SHOWN = 20
-OUTCOMES = ("verified", "refused", "uncertain", "no link")
+OUTCOMES = ("verified", "refused", "uncertain", "no link", "other")
 
 Job = tuple[int, Autopilot, int]
 """Cell (its place in `CELLS`), firmware, number of the run in it."""
