@@ -10,6 +10,7 @@ from mavplan.mission.model import Autopilot, HomePosition, Mission
 from mavplan.mission.wire import from_wire, has_home_item
 
 HOME_AGAIN_S = 0.5
+QUIET_S = 1.0
 HOME_PATIENCE_S = 5.0
 """A vehicle that has no home yet stays silent."""
 
@@ -45,7 +46,7 @@ class DownloadSession(Session):
         self._home: HomePosition | None = None
         self._home_at = now
         self._home_until = now
-        self._reboots = 0
+        self._signs = (0, 0)
 
     @property
     def done(self) -> bool:
@@ -77,10 +78,12 @@ class DownloadSession(Session):
         download, watch, vehicle = self._download, self._watch, self.vehicle
         if download is None or watch is None or vehicle is None:
             return
-        if watch.reboots != self._reboots:
-            self._reboots = watch.reboots
-            if download.outcome is None:
-                download.restart(now, 1.0)
+        if (signs := (watch.foreign_signs, watch.reboots)) != self._signs:
+            self._signs = signs
+            if download.outcome is None or download.outcome.end is DownloadEnd.COMPLETE:
+                download.restart(
+                    now, QUIET_S
+                )  # another station writes: half of what came may be the old mission
         download.tick(now)
         if self._home is None and self._home_at <= now:
             self._home_at = now + HOME_AGAIN_S

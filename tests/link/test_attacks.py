@@ -5,10 +5,12 @@ import random
 import pytest
 from pymavlink.dialects.v20 import common
 
-from benchmarks.transfer_case import Observed
+from benchmarks.transfer_case import Observed, put
 from benchmarks.transfer_oracle import make_sample
 from mavplan.errors import RefusedError, UncertainError
+from mavplan.link.download_session import DownloadSession
 from mavplan.link.manners import MANNERS
+from mavplan.link.protocol import mission_count, mission_item
 from mavplan.link.report import broken_off, refused
 from mavplan.link.upload import Upload, UploadEnd
 from mavplan.link.upload_session import UploadSession
@@ -17,7 +19,7 @@ from mavplan.mission.wire import to_wire
 from sitl_mock.autopilot import Autopilot
 from sitl_mock.firmware import FIRMWARES
 from sitl_mock.wire import Encoder
-from tests.link.harness import HOME, make_mission, run
+from tests.link.harness import HOME, LINK, make_mission, run
 from tests.link.script import US, VEHICLE, ack, outgoing, request, text, until
 
 PLACE = (HOME.lat_e7 / 1e7, HOME.lon_e7 / 1e7, HOME.alt_amsl_m)
@@ -139,28 +141,24 @@ def test_a_booting_ardupilot_is_not_refused_however_many_of_its_words_are_lost()
 
 
 class Meddler(Observed):
-    """Another station, on a link that we do not hear, writes the vehicle's mission anew at a certain item of ours."""
+    """Another station writes the vehicle's mission anew behind an item that we are sent; on a link we do not hear."""
+
+    link = "elsewhere"
 
     def __init__(self, vehicle, items, at_item, faults=""):
         super().__init__(vehicle, faults, 1)
-        self.items, self.at_item, self.wrote = items, at_item, False
+        self.items, self.at_item, self.served, self.wrote = items, at_item, 0, False
 
     def _leave(self, link, frame, now):
         super()._leave(link, frame, now)
-        if not self.wrote and frame[7] == common.MAVLINK_MSG_ID_MISSION_ITEM_INT:
-            self.served = getattr(self, "served", 0) + 1
-            if self.served == self.at_item:
-                self.wrote = True
-                self.write(now)
-
-    def write(self, now):
-        encoder = Encoder(77, 190)
-        count = common.MAVLink_mission_count_message(1, 1, len(self.items), 0)
-        self.autopilot.receive(encoder.encode(count), "elsewhere", now)
-        for item in self.items:
-            fields = (item.seq, item.frame, item.command, item.current, item.autocontinue, *item.params)
-            message = common.MAVLink_mission_item_int_message(1, 1, *fields, item.x, item.y, item.z, 0)
-            self.autopilot.receive(encoder.encode(message), "elsewhere", now)
+        self.served += frame[7] == common.MAVLINK_MSG_ID_MISSION_ITEM_INT
+        if self.served == self.at_item and not self.wrote:
+            self.wrote = True
+            station = Encoder(77, 190)
+            for message in [mission_count(VEHICLE, len(self.items), 0)] + [
+                mission_item(VEHICLE, item, 0) for item in self.items
+            ]:
+                self.autopilot.receive(station.encode(message), self.link, now)
 
 
 @pytest.mark.parametrize("faults", ["", "delay=100ms", "delay=100ms,ack-lost", "drop=0.3"])
@@ -189,3 +187,19 @@ def test_texts_name_no_space_after_the_last_of_many_silent_refusals():
     upload.tell_space(3)
     assert upload.outcome.end is UploadEnd.REFUSED
     assert text("Only 3 items are supported").text.startswith("Only 3")
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
+def test_a_mission_written_during_a_download_does_not_make_a_mixture(firmware):
+    """Heard on the same link: what comes out is one of the two missions, whole."""
+    rules = AUTOPILOTS[firmware]
+    old, new = (make_sample(firmware, 30, random.Random(seed)) for seed in (1, 2))
+    vehicle = Autopilot(FIRMWARES[firmware], home=PLACE)
+    put(vehicle, to_wire(old.mission, rules))
+    network = Meddler(vehicle, list(to_wire(new.mission, rules)), 20)
+    network.link = LINK
+    session = DownloadSession(now=network.clock_s, deadline_s=60.0)
+    run(session, network)
+    assert network.wrote
+    places = [(item.lat_e7, item.lon_e7) for item in session.mission.items]
+    assert places in [[(item.lat_e7, item.lon_e7) for item in sample.mission.items] for sample in (old, new)]
