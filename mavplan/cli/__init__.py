@@ -4,6 +4,7 @@ Errors become a message and an exit code here and nowhere else.
 """
 
 import importlib
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -70,6 +71,10 @@ def main(args: Sequence[str] | None = None) -> None:
 
 def run(args: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; what goes wrong is said on standard error."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # An old code page without ρ or Σ shows a question mark, and does not end the command.
+            stream.reconfigure(errors="replace")
     try:
         result = cli.main(args=args, prog_name="mavplan", standalone_mode=False)
     except MavplanError as error:

@@ -41,7 +41,7 @@ def check_command(file: Path, autopilot: str | None) -> None:
     if file.suffix.lower() == ".toml":
         missions = list(_planned(file, autopilot))  # type: ignore[arg-type]
     else:
-        found = list(_file_problems(file))
+        found = list(_file_problems(file, autopilot))  # type: ignore[arg-type]
         missions = list(_read(file, autopilot))  # type: ignore[arg-type]
         click.echo(f"{file}: {_verdict(found)}")
         wrong = sum(problem.severity == "error" for problem in found)
@@ -88,12 +88,12 @@ def _read(path: Path, wanted: "Autopilot | None") -> "Iterator[tuple[Autopilot, 
         yield firmware, dataclasses.replace(mission, autopilot=firmware)
 
 
-def _file_problems(path: Path) -> "Iterator[Problem]":
+def _file_problems(path: Path, wanted: "Autopilot | None") -> "Iterator[Problem]":
     """Return what other people's readers make of a mission file."""
-    from mavplan.formats import read_mission
+    from mavplan.formats.beside import read_known_mission
     from mavplan.formats.checks import mavsdk_problems, pymavlink_problems, reader_problems
 
-    mission = read_mission(path)
+    mission = read_known_mission(path, wanted)
     yield from reader_problems(path, mission)
     foreign = mavsdk_problems if path.suffix.lower() == ".plan" else pymavlink_problems
     yield from foreign(path, mission)

@@ -1,9 +1,10 @@
 """What every command prints with: tables and progress to people, plain text to pipes, problems to standard error."""
 
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
@@ -15,12 +16,22 @@ if TYPE_CHECKING:
 PIPE_WIDTH = 120
 """Columns of a table that goes to a file or a pipe."""
 
+LEAST_WIDTH = 104
+"""Columns that a table takes at least: a terminal that is narrower breaks its lines, but no figure is cut."""
+
 
 def stdout() -> "Console":
     """Return the console for results; without colour and of fixed width when piped."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, highlight=False, markup=False)
+    if not is_terminal(sys.stdout):
+        return Console(width=PIPE_WIDTH, highlight=False, markup=False)
+    return Console(width=max(LEAST_WIDTH, shutil.get_terminal_size().columns), highlight=False, markup=False)
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Return whether a stream is a terminal; one that was closed before we started is none."""
+    return stream is not None and stream.isatty()
 
 
 def stderr() -> "Console":
@@ -47,7 +58,7 @@ def say_problems(problems: Iterable[Problem]) -> None:
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[int, int], None]]:
     """Give a function of (done, to do) that moves a progress bar on standard error, if that is a terminal."""
-    if not sys.stderr.isatty():
+    if not is_terminal(sys.stderr):
         yield lambda _done, _todo: None
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn

@@ -34,7 +34,7 @@ def download_command(
     via: str,
     as_json: bool,
 ) -> None:
-    """Write the mission that a vehicle holds to FILE; nothing on the vehicle is changed.
+    """Write the mission that a vehicle holds to FILE, without its fence and rally points; nothing on it is changed.
 
     \b
     mavplan download --conn udp:0.0.0.0:14550 -o held.plan

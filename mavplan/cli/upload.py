@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from mavplan.cli.link_options import check_via, link_options, open_link, via_option
-from mavplan.errors import MavplanError
+from mavplan.errors import MavplanError, Problem
 
 if TYPE_CHECKING:
     from mavplan.link.report import UploadReport
@@ -80,6 +80,9 @@ def upload_command(
     if mission.autopilot is not None:
         check_uploadable(mission, AUTOPILOTS[mission.autopilot], str(file))
     say_problems(mission.warnings)
+    if mission.autopilot is None:
+        message = "does not say which firmware it is for: taken for the vehicle's (--autopilot says it)"
+        say_problems([Problem(str(file), message, "unknown-autopilot", "warning")])
     try:
         with (
             open_link(endpoint, timeout_s, signing_key) as connection,

@@ -158,6 +158,11 @@ def _positions(
 _IN_WORDS = {"lat_deg": "latitude", "lon_deg": "longitude"}
 
 
+def _like_a_demand(column: str) -> bool:
+    """Return whether a column's name sounds like what users need, though nothing says that it is."""
+    return any(word in column.lower() for word in ("demand", "need", "mbit", "bedarf", "besoin", "capacity"))
+
+
 def _demands(
     table: Table, columns: Columns, default_mbit: float, names: tuple[str, ...], report: Report
 ) -> NDArray[np.float64]:
@@ -165,6 +170,13 @@ def _demands(
     column = table.find_column(columns.demand_mbit, "demand_mbit", report, needed=False)
     demand_mbit = np.full(len(table.rows), default_mbit)
     if column is None:
+        if not any(_like_a_demand(name) for name in table.columns):
+            return demand_mbit * _BIT_PER_MBIT
+        message = (
+            f"no demands are read, every user is given [service] demand_mbit, {figure(default_mbit)} Mbit; "
+            "[columns] demand_mbit names the column that has them"
+        )
+        report.warning(table.label, message, "no-demands")
         return demand_mbit * _BIT_PER_MBIT
     key = keys_of("service")["demand_mbit"]
     without: list[str] = []
