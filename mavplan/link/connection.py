@@ -220,9 +220,9 @@ class _Stream(Connection):
         except OSError:
             self._drop()  # half a frame may be out: the rest would be read as another's beginning
 
+    @abstractmethod
     def _find_peer(self, timeout_s: float) -> bool:
         """Wait for a peer; whether there is one."""
-        raise NotImplementedError
 
     def _take(self, peer: socket.socket) -> None:
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
