@@ -9,7 +9,7 @@ import dataclasses
 import json
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mavplan.errors import InputError, Problem
 from mavplan.formats import read_mission
@@ -53,12 +53,17 @@ def read_known_mission(path: Path, autopilot: Autopilot | None = None) -> Missio
 
 def _planned_autopilot(path: Path) -> Autopilot | None:
     """Return the autopilot a plan was made for, None where there is no readable plan."""
+    found = _content(path).get("autopilot")
+    return next((name for name in AUTOPILOTS if name == found), None)
+
+
+def _content(path: Path) -> dict[str, Any]:
+    """Return what a plan holds; empty where there is no readable one."""
     try:
         content = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
-        return None
-    found = content.get("autopilot") if isinstance(content, dict) else None
-    return found if found in AUTOPILOTS else None
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
 def remember_vehicle(mission_file: Path, report: "UploadReport") -> tuple[Problem, ...]:
@@ -77,11 +82,8 @@ def remember_vehicle(mission_file: Path, report: "UploadReport") -> tuple[Proble
         A warning where the plan could not be written: the vehicle holds the mission all the same.
     """
     path = plan_path(mission_file)
-    try:
-        content = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
-        return ()
-    if not isinstance(content, dict):
+    content = _content(path)
+    if not content:
         return ()
     content["vehicle"] = {
         "autopilot": report.autopilot,
@@ -90,7 +92,10 @@ def remember_vehicle(mission_file: Path, report: "UploadReport") -> tuple[Proble
         "verified_at": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     try:
-        atomic_write(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+        text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+        atomic_write(
+            path, text.encode("utf-8", "backslashreplace")
+        )  # half a character is JSON only as an escape
     except InputError as error:
         return tuple(Problem(found.where, found.message, found.code, "warning") for found in error.problems)
     return ()
@@ -98,9 +103,5 @@ def remember_vehicle(mission_file: Path, report: "UploadReport") -> tuple[Proble
 
 def remembered_vehicle(mission_file: Path) -> dict[str, object]:
     """Return what `remember_vehicle` wrote last; empty where there is nothing to be read."""
-    try:
-        content = json.loads(plan_path(mission_file).read_text("utf-8"))
-    except (OSError, ValueError):
-        return {}
-    found = content.get("vehicle") if isinstance(content, dict) else None
+    found = _content(plan_path(mission_file)).get("vehicle")
     return found if isinstance(found, dict) else {}

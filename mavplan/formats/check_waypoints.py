@@ -85,9 +85,8 @@ def _home(findings: Findings, values: list[float], place: str) -> None:
 
 def _value(findings: Findings, field: str, whole: bool, place: str) -> float:
     plain = field.removeprefix("-")
-    if whole and plain.isascii() and plain.isdigit():
-        return float(field)
-    if not whole and plain.replace(".", "", 1).isascii() and plain.replace(".", "", 1).isdigit():
+    digits = plain if whole else plain.replace(".", "", 1)
+    if digits.isascii() and digits.isdigit() and math.isfinite(float(field)):
         return float(field)
     kind = "a whole number" if whole else "a plain decimal number"
     findings.add(place, f'found "{field[:40]}", must be {kind}', "number")

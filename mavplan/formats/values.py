@@ -27,6 +27,8 @@ MAX_ALT_M = 83_000.0
 """ArduPilot refuses more; far above anything a multirotor reaches."""
 MAX_HOME_ALT_M = 9_000.0
 """Above the highest ground on Earth."""
+NOWHERE_E7 = 2**31 - 1
+"""Stands for degrees so large that they are no integer of 1e-7; a reader has told the problem."""
 
 HOLD_COMMANDS = frozenset({Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME})
 """Commands whose param1 is a hold in seconds."""
@@ -194,4 +196,5 @@ def degrees_text(e7: int) -> str:
 
 def to_e7(degrees: float) -> int:
     """Return degrees as the nearest integer of 1e-7 degrees; cutting off would lose up to 1.1 cm."""
-    return round(degrees * 1e7)
+    scaled = degrees * 1e7
+    return round(scaled) if math.isfinite(scaled) else NOWHERE_E7
