@@ -33,7 +33,8 @@ class Codec:
     def __init__(self, us: Address = GROUND, signing: Signing | None = None) -> None:
         self._mavlink: Any = common.MAVLink(None, srcSystem=us.system, srcComponent=us.component)
         self._buffer = bytearray()
-        self._since: float | None = None
+        self._arrivals: list[tuple[int, float]] = []
+        """End of what came together, counted from the buffer's start, and when it came."""
         self.bad = 0
         """Frames and stretches of bytes that were thrown away."""
         self.signing = signing
@@ -65,17 +66,16 @@ class Codec:
             Seconds on any steady clock: an unfinished frame that stays so for half a second is given up.
         """
         self._buffer += data
+        if data:
+            self._arrivals.append((len(self._buffer), now))
         messages: list[Message] = []
         start = 0
         while start < len(self._buffer):
             length = self._frame_length(start)
             if length is None:
-                if self._since is None or start > 0:
-                    self._since = now
-                if now - self._since < _STALE_S:
+                if now - next(at for end, at in self._arrivals if end > start) < _STALE_S:
                     break
                 length = 0  # the rest never came: look for a frame inside what did
-            self._since = None
             message = self._read(start, length) if length else None
             if message is None:
                 start = self._next_marker(start + 1)
@@ -86,6 +86,7 @@ class Codec:
             if not isinstance(message, common.MAVLink_unknown) and self._is_believed(frame, message):
                 messages.append(message)
         del self._buffer[:start]
+        self._arrivals = [(end - start, at) for end, at in self._arrivals if end > start]
         return messages
 
     def _is_believed(self, frame: bytes, message: Any) -> bool:
