@@ -18,7 +18,7 @@ WHOLE_SLACK = 1e-4
 """A bound this little above a whole number may be there by the solver's tolerances, and counts as that number."""
 
 STRIP_REQUIREMENTS = 400
-"""HiGHS proves covers of about this many requirements in seconds to minutes; beyond, an instance is cut to strips."""
+"""Of a strip: HiGHS proves much of a cover of so many in seconds."""
 
 
 def whole(bound: float) -> int:
@@ -39,10 +39,11 @@ def packing_bound(covers: "csr_array") -> int:
     return apart
 
 
-def requirement_prices(covers: "csr_array") -> Floats:
+def requirement_prices(covers: "csr_array", time_limit_s: float) -> Floats:
     """Return prices (Q,) that no candidate's requirements exceed 1 in sum: their total is a lower bound.
 
-    They are the dual solution of the linear relaxation, scaled down by what the solver's tolerance lets them exceed.
+    They are the dual solution of the linear relaxation, scaled down by what the solver's tolerance lets them exceed;
+    all 0 where it was not found in time.
     """
     from scipy import optimize
 
@@ -54,8 +55,9 @@ def requirement_prices(covers: "csr_array") -> Floats:
         b_ub=-np.ones(needs),
         bounds=(0, None),
         method="highs-ipm",
+        options={"time_limit": time_limit_s},
     )
-    if found.ineqlin.marginals is None:
+    if found.status != 0:
         return np.zeros(needs)
     prices: Floats = np.maximum(-found.ineqlin.marginals, 0.0)
     return prices / max(1.0, float((covers @ prices).max()))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mavplan.planners.geometry import nearest_of
 from mavplan.radio import REACH_TOLERANCE_M
 from mavplan.scenario.model import UNPAIRED, Bools, Floats, Ints
 
@@ -21,6 +22,9 @@ CIRCLE_SLACK_M = REACH_TOLERANCE_M / 4
 
 COVER_SLACK_M = REACH_TOLERANCE_M / 2
 """A candidate covers a user this far beyond R; the other half of the tolerance is for whoever measures it again."""
+
+COMPARED_AT_ONCE = 4_000_000
+"""Pairs of sets compared at once; bounds the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +41,14 @@ class CoverInstance:
 
     centres_m: Floats
     covers: "csr_array"
+
+    def part(self, candidates: Ints, requirements: Ints | None = None) -> "CoverInstance":
+        """Return the instance of these candidates and requirements alone; all requirements where None."""
+        covers = self.covers[candidates]
+        if requirements is not None:
+            covers = covers[:, requirements]
+        covers.sort_indices()
+        return CoverInstance(self.centres_m[candidates], covers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +70,21 @@ class Requirements:
         """Return the number of requirements."""
         return len(self.choices)
 
+    def part(self, chosen: Ints) -> "Requirements":
+        """Return these requirements alone, with the places that they need."""
+        kept, choices = np.unique(self.choices[chosen], return_inverse=True)
+        return Requirements(self.places_m[kept], choices.reshape(-1, 2))
+
+    def unmet(self, stops_m: Floats, radius_m: float) -> Ints:
+        """Return the requirements that discs round these stops leave unmet."""
+        reached = nearest_of(self.places_m, stops_m)[0] <= radius_m + COVER_SLACK_M
+        return np.flatnonzero(~reached[self.choices].any(axis=1))
+
 
 def requirements_of(xy_m: Floats, mate: Ints | None = None) -> Requirements:
     """Return one requirement for each distinct place, or, with ``mate``, for each pair and each single user.
 
-    A user on the spot of a single user, and a pair that holds such a spot, need nothing of their own.
+    Equal ones are there once.
     """
     places, at = np.unique(xy_m, axis=0, return_inverse=True)
     at = at.reshape(-1)
@@ -110,18 +132,17 @@ def candidate_centres(places_m: Floats, radius_m: float) -> Floats:
     return np.vstack((places_m[~crossed], places_m[circle[kept]] + circle_m * direction))
 
 
-def cover_instance(required: Requirements, radius_m: float) -> CoverInstance:
-    """Return the candidates of `candidate_centres` and which requirements each of them meets."""
+def cover_instance(required: Requirements, centres_m: Floats, radius_m: float) -> CoverInstance:
+    """Return which requirements discs round these centres (C, 2) meet."""
     from scipy import sparse
     from scipy.spatial import KDTree
 
     places = required.places_m
-    centres = candidate_centres(places, radius_m)
-    reached: Any = KDTree(places).query_ball_point(centres, radius_m + COVER_SLACK_M)
+    reached: Any = KDTree(places).query_ball_point(centres_m, radius_m + COVER_SLACK_M)
     counts = np.array([len(near) for near in reached])
     indices = np.concatenate([np.asarray(near, dtype=np.int64) for near in reached])
     starts = np.concatenate(([0], np.cumsum(counts)))
-    reaches = sparse.csr_array((np.ones(len(indices)), indices, starts), shape=(len(centres), len(places)))
+    reaches = sparse.csr_array((np.ones(len(indices)), indices, starts), shape=(len(centres_m), len(places)))
     row = np.arange(len(required))
     one, other = required.choices[:, 0], required.choices[:, 1]
     belongs = sparse.csr_array(
@@ -131,7 +152,7 @@ def cover_instance(required: Requirements, radius_m: float) -> CoverInstance:
     covers = sparse.csr_array(reaches @ belongs)
     covers.data[:] = 1.0
     covers.sort_indices()
-    return CoverInstance(centres, covers)
+    return CoverInstance(centres_m, covers)
 
 
 def reduce_instance(instance: CoverInstance) -> CoverInstance:
@@ -183,13 +204,13 @@ def inclusions(sets: "csr_array") -> tuple[Bools, Bools]:
     ends = np.cumsum(np.bincount(rarest, minlength=sets.shape[1]))
     included, including = np.zeros(len(size), dtype=bool), np.zeros(len(size), dtype=bool)
     for element in np.unique(rarest):
-        small = grouped[ends[element] - np.count_nonzero(rarest == element) : ends[element]]
+        start = ends[element - 1] if element else 0
         large = holders.indices[holders.indptr[element] : holders.indptr[element + 1]]
-        large = large[size[large] > size[small].min()]
-        if not len(large):
-            continue
-        shared = sets[large] @ sets[small].toarray().T
-        inside = (shared == size[small]) & (size[large, None] > size[small])
-        included[small] |= inside.any(axis=0)
-        including[large] |= inside.any(axis=1)
+        at_once = max(1, COMPARED_AT_ONCE // len(large))
+        for chunk in range(start, ends[element], at_once):
+            small = grouped[chunk : min(chunk + at_once, ends[element])]
+            shared = sets[large] @ sets[small].toarray().T
+            inside = (shared == size[small]) & (size[large, None] > size[small])
+            included[small] |= inside.any(axis=0)
+            including[large] |= inside.any(axis=1)
     return included, including

@@ -12,17 +12,15 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 STEPS_A_REQUIREMENT = 20
+MOST_STEPS = 60_000
 """Swaps of the local search."""
 
-WINDOW_REQUIREMENTS = 120
-"""A window is opened until this many requirements depend on its discs: HiGHS solves one in a tenth of a second."""
+WINDOW_REQUIREMENTS = 200
+"""A window is opened until this many requirements depend on its discs: HiGHS takes some tenths of a second for one."""
 
-WINDOWS = 80
-WINDOW_NODES = 200
-"""Windows of one polish, and branch-and-bound nodes that each may take."""
-
-EXACT_COVER_GAP = 1e-4
-"""Sizes are whole numbers: a bound this little above one, by the solver's tolerances, is not counted."""
+WINDOWS = 50
+WINDOW_NODES = 50
+"""Windows of one polish, at most one for each disc, and branch-and-bound nodes that each may take."""
 
 
 def greedy_cover(covers: "csr_array") -> Ints:
@@ -63,7 +61,7 @@ def search_cover(covers: "csr_array", start: Ints, target: int, rng: np.random.G
     weight = np.ones(covers.shape[1])
     moved_out = np.full(covers.shape[0], -1)
     gain = np.zeros(covers.shape[0])
-    draws = rng.random(STEPS_A_REQUIREMENT * covers.shape[1])
+    draws = rng.random(min(STEPS_A_REQUIREMENT * covers.shape[1], MOST_STEPS))
 
     best = chosen = start.copy()
     put_in = np.full(len(chosen), -1)
@@ -128,7 +126,7 @@ def polish_cover(
     A window that needs as many discs as before takes the new ones: the next windows overlap it.
     """
     covers, centres = instance.covers, instance.centres_m
-    for _ in range(WINDOWS):
+    for _ in range(min(WINDOWS, len(chosen))):
         if len(chosen) <= target:
             break
         middle = centres[chosen[rng.integers(len(chosen))]]

@@ -8,10 +8,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import sparse
 
 from mavplan.geo import LocalPlane
+from mavplan.planners import cover
 from mavplan.planners.clustering import greedy_cover_size
 from mavplan.planners.cover import minimum_cover, minimum_pair_cover
+from mavplan.planners.cover_bound import packing_bound, requirement_prices, strips_bound
+from mavplan.planners.cover_candidates import (
+    candidate_centres,
+    cover_instance,
+    inclusions,
+    reduce_instance,
+    requirements_of,
+)
+from mavplan.planners.cover_search import exact_cover, greedy_cover, polish_cover, search_cover
 from mavplan.scenario import UNPAIRED
 from tests.support import make_users
 
@@ -81,6 +92,34 @@ def test_the_fewest_for_each_user_or_its_mate_are_those_of_brute_force(xy, data)
     assert found.size <= minimum_cover(users.xy_m, R).size
 
 
+def enclosing_radius(xy):
+    """Radius of the smallest disc round these points: two of them are its diameter, or three lie on its rim."""
+    centres = [*xy] + [(one + other) / 2 for one, other in itertools.combinations(xy, 2)]
+    for one, other, third in itertools.combinations(xy, 3):
+        sides = 2 * np.array([other - one, third - one])
+        if abs(np.linalg.det(sides)) > 1e-6:
+            centres.append(np.linalg.solve(sides, [other @ other - one @ one, third @ third - one @ one]))
+    return min(np.linalg.norm(xy - centre, axis=1).max() for centre in centres)
+
+
+@settings(max_examples=60)
+@given(xy=st.lists(st.tuples(metres, metres), min_size=1, max_size=6))
+def test_the_fewest_are_those_of_the_best_partition_into_groups_that_a_disc_encloses(xy):
+    """Needs no candidate centres: every subset is judged by its smallest enclosing disc."""
+    xy = np.array(xy)
+    groups = range(1, 2 ** len(xy))
+    fits = {
+        group
+        for group in groups
+        if enclosing_radius(xy[[bool(group >> i & 1) for i in range(len(xy))]]) <= R + 1e-7
+    }
+    fewest = {0: 0}
+    for group in groups:
+        parts = (part for part in range(1, group + 1) if part & group == part and part in fits)
+        fewest[group] = 1 + min(fewest[group & ~part] for part in parts)
+    assert minimum_cover(xy, R).size == fewest[2 ** len(xy) - 1]
+
+
 @given(xy=st.lists(st.tuples(metres, metres), min_size=1, max_size=40))
 def test_no_greedy_cover_is_smaller_and_the_bound_is_never_above_the_size(xy):
     xy = np.array(xy)
@@ -132,6 +171,82 @@ def test_progress_never_tells_more_stops_needed_than_known_to_do():
     assert told
     assert all(bound <= size for bound, size in told)
     assert told[-1][0] == told[-1][1]
+
+
+def test_no_users_take_no_stop():
+    found = minimum_cover(np.zeros((0, 2)), R)
+    assert (found.size, found.bound, found.proved) == (0, 0, True)
+
+
+def test_positions_that_are_not_finite_are_refused():
+    with pytest.raises(ValueError, match="finite"):
+        minimum_cover(np.array([[0.0, np.nan]]), R)
+
+
+@pytest.fixture
+def scattered():
+    """300 users, few enough for a proof."""
+    return np.random.default_rng(7).uniform(0, 2000, (300, 2))
+
+
+def test_users_asked_by_and_by_take_as_many_stops_as_all_at_once(scattered, monkeypatch):
+    dense = scattered / 5
+    at_once = minimum_cover(dense, R)
+    monkeypatch.setattr(cover, "MOST_WORK", 1_000_000)
+    by_and_by = minimum_cover(dense, R)
+    assert at_once.proved
+    assert by_and_by.proved
+    assert by_and_by.size == at_once.size
+    assert by_and_by.candidates < at_once.candidates
+
+
+def test_where_too_few_can_be_asked_all_are_covered_and_the_bound_still_holds(scattered, monkeypatch):
+    minimum = minimum_cover(scattered, R)
+    monkeypatch.setattr(cover, "MOST_WORK", 1000)
+    found = minimum_cover(scattered, R)
+    assert_covered(scattered, found.stops_m)
+    assert found.bound <= minimum.size <= found.size
+
+
+def test_large_components_by_search_and_strips_end_between_bound_and_greedy(scattered, monkeypatch):
+    minimum = minimum_cover(scattered, R)
+    assert minimum.proved
+    monkeypatch.setattr(cover, "EASY_REQUIREMENTS", 0)
+    monkeypatch.setattr(cover, "EXACT_REQUIREMENTS", 0)
+    monkeypatch.setattr("mavplan.planners.cover_bound.STRIP_REQUIREMENTS", 15)
+    found = minimum_cover(scattered, R)
+    assert_covered(scattered, found.stops_m)
+    assert found.bound <= minimum.size <= found.size <= greedy_cover_size(scattered, R)
+    assert found.size - found.bound <= 3
+
+
+@given(xy=st.lists(st.tuples(metres, metres), min_size=2, max_size=40))
+def test_every_bound_is_at_most_the_minimum_and_every_search_at_least(xy):
+    required = requirements_of(np.array(xy))
+    instance = cover_instance(required, candidate_centres(required.places_m, R), R)
+    minimum = len(exact_cover(instance.covers)[0])
+    small = reduce_instance(instance)
+    assert len(exact_cover(small.covers)[0]) == minimum
+    prices = requirement_prices(small.covers, 10.0)
+    assert (small.covers @ prices).max() <= 1.0 + 1e-12
+    assert packing_bound(small.covers) <= minimum
+    by_strips = strips_bound(small, prices, 10.0)
+    assert prices.sum() <= by_strips <= minimum + 1e-6
+    rng = np.random.default_rng(0)
+    searched = search_cover(small.covers, greedy_cover(small.covers), minimum, rng)
+    polished = polish_cover(small, searched, R, minimum, rng)
+    assert minimum <= len(polished) <= len(searched) <= len(greedy_cover(small.covers))
+    for chosen in (searched, polished):
+        assert small.covers[chosen].sum(axis=0).min() >= 1
+
+
+@given(rows=st.sets(st.frozensets(st.integers(0, 6), min_size=1), min_size=1, max_size=12))
+def test_inclusions_are_those_of_pythons_sets(rows):
+    rows = sorted(rows, key=sorted)
+    dense = np.array([[float(column in row) for column in range(7)] for row in rows])
+    included, including = inclusions(sparse.csr_array(dense))
+    assert included.tolist() == [any(row < other for other in rows) for row in rows]
+    assert including.tolist() == [any(row > other for other in rows) for row in rows]
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, float("nan"), float("inf")])
