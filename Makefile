@@ -5,6 +5,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 CODE := mavplan sitl_mock tests benchmarks missions
 PYTEST_ARGS ?=
+# MAVSDK, MAVProxy and others keep caches below the home folder: while our programs run, that one is in here.
+AT_HOME_HERE = mkdir -p .cache/home && HOME="$(CURDIR)/.cache/home"
 # A virtual environment of the caller's must not leak into ours, nor caches out of this folder.
 unexport PYTHONPATH VIRTUAL_ENV PYTHONHOME
 export MPLCONFIGDIR := $(CURDIR)/.cache/matplotlib
@@ -26,10 +28,10 @@ $(VENV)/ready: requirements.lock pyproject.toml
 	@touch $@
 
 demo: $(VENV)/ready  ## a valley without network: plan, files, upload to a mock vehicle, read-back
-	$(BIN)/mavplan demo missions/valley/scenario.toml --out out/demo
+	$(AT_HOME_HERE) $(BIN)/mavplan demo missions/valley/scenario.toml --out out/demo
 
 test: $(VENV)/ready lint types  ## format, lint, strict types and all tests
-	$(BIN)/python -m pytest -n auto $(PYTEST_ARGS)
+	$(AT_HOME_HERE) $(BIN)/python -m pytest -n auto --basetemp=.cache/pytest $(PYTEST_ARGS)
 
 check: test  ## the same as test
 
@@ -44,7 +46,7 @@ format: $(VENV)/ready  ## put the code in its format
 	$(BIN)/ruff check --quiet --fix $(CODE); $(BIN)/ruff format --quiet $(CODE)
 
 bench: $(VENV)/ready  ## time what users wait for
-	$(BIN)/python -m benchmarks
+	$(AT_HOME_HERE) $(BIN)/python -m benchmarks
 
 lock: $(VENV)/ready  ## write requirements.lock anew from pyproject.toml
 	$(PYTHON) -m venv .cache/uv && .cache/uv/bin/pip install --quiet uv
