@@ -169,8 +169,12 @@ def _vehicle(case: Case, sample: Sample, chance: random.Random) -> Autopilot:
         for kind, items in lists_to_send(sample.mission, AUTOPILOTS[case.firmware]).items():
             put(vehicle, items, kind)
     else:
-        count = chance.choice([0, 3, 20, case.items, case.items + 7])
-        put(vehicle, _other_mission(min(count, 65_535 if capacity is None else capacity)))
+        count = min(
+            chance.choice([0, 3, 20, case.items, case.items + 7]), 65_535 if capacity is None else capacity
+        )
+        if case.firmware == "ardupilot" and count == 1:
+            count = 0  # home alone is no mission
+        put(vehicle, _other_mission(count))
     vehicle.vehicle.ready = boot_time_s == 0
     if case.vehicle == "armed":
         vehicle.vehicle.armed = True
