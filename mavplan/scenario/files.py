@@ -1,4 +1,4 @@
-"""Reading a text file that a stranger made: whatever is wrong with it becomes a problem, never a traceback."""
+"""Reading a file that a stranger made: whatever is wrong with it becomes a problem, never a traceback."""
 
 import stat
 from pathlib import Path
@@ -19,18 +19,28 @@ def read_text(path: Path, label: str, limit_bytes: int, report: Report) -> str |
     report
         Takes the problem.
     """
+    data = read_bytes(path, label, limit_bytes, report)
+    return None if data is None else decode(data, label, report)
+
+
+def read_bytes(path: Path, label: str, limit_bytes: int, report: Report) -> bytes | None:
+    """Return the content of a file; None with a problem noted. Parameters as for `read_text`."""
     try:
         fault = _fault_of(path, limit_bytes)
         if fault is not None:
             report.error(label, fault, "unreadable")
             return None
-        data = path.read_bytes()
+        return path.read_bytes()
     except FileNotFoundError:
         report.error(label, "there is no such file", "missing-file")
         return None
     except OSError as error:
         report.error(label, f"cannot be read: {error.strerror or error}", "unreadable")
         return None
+
+
+def decode(data: bytes, label: str, report: Report) -> str | None:
+    """Return the text of UTF-8 bytes, with or without a byte order mark; None with a problem noted."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

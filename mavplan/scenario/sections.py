@@ -45,6 +45,8 @@ class Columns:
     lon_deg: str | None = None
     demand_mbit: str | None = None
     pair: str | None = None
+    utm: str | None = None
+    mgrs: str | None = None
 
 
 @dataclass(frozen=True, config=_CHECKED)

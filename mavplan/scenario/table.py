@@ -1,6 +1,7 @@
 """A users file before it is understood: rows of raw cells with the place of each, and finding a column in it."""
 
 import re
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -33,7 +34,7 @@ class Table:
     label
         What the file is called in problems.
     row_word, column_word
-        What its rows and columns are called there: ``line`` and ``column``, or ``feature`` and ``property``.
+        What its rows and columns are called there, as ``line`` and ``column``, ``feature`` and ``property``.
     columns
         Names of all columns, in the order of the file.
     rows
@@ -96,6 +97,14 @@ class Table:
         return None
 
 
+def is_usable_header(header: tuple[str, ...], place: str, report: Report) -> bool:
+    """Return whether no two columns have the same name; unnamed ones are never asked for."""
+    twice = [name for name, count in Counter(header).items() if count > 1 and name]
+    for name in twice:
+        report.error(place, f"the column {plain(name)} is there twice", "duplicate-column")
+    return not twice
+
+
 def plain(name: str) -> str:
     """Return a column's name as it is, or quoted where it could not be told from the sentence or is not printable."""
     return name if name.isprintable() and 0 < len(name) <= 60 and name == name.strip() else shown(name)
@@ -119,7 +128,7 @@ def _number(value: object, key: Key) -> float:
     allowed = f"allowed is {key.allowed_with_unit}"
     if isinstance(value, str):
         text = value.strip()
-        if _DECIMAL.fullmatch(text):
+        if is_decimal(text):
             return float(text)
         if _DECIMAL_COMMA.fullmatch(text):
             point = text.replace(",", ".")
@@ -131,6 +140,11 @@ def _number(value: object, key: Key) -> float:
         return float(value)
     except OverflowError:
         raise ValueError(f"found {shown(value)}; {allowed}") from None
+
+
+def is_decimal(text: str) -> bool:
+    """Return whether a text is a plain decimal number."""
+    return _DECIMAL.fullmatch(text.strip()) is not None
 
 
 def parse_text(value: object) -> str:

@@ -155,6 +155,10 @@ def _users_path(data: dict[str, Any], path: Path, report: Report) -> Path | None
         message = f'found {shown(name)}; allowed is the name of a file: users = "users.csv"'
         report.error(f"{path}, users", message, "wrong-type")
         return None
+    if "://" in name or name.startswith("/vsi"):
+        message = f"found {shown(name)}; it names a file on this machine: nothing is fetched"
+        report.error(f"{path}, users", message, "not-a-file")
+        return None
     return path.parent / name
 
 

@@ -1,32 +1,51 @@
 """From a users file to checked names, positions, demands and pairs, still in degrees."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mavplan.scenario.files import read_text
-from mavplan.scenario.model import UNPAIRED
+from mavplan.scenario.coordinates import band_fault, parse_angle, parse_mgrs, parse_utm, utm_to_degrees
+from mavplan.scenario.files import decode, read_bytes
+from mavplan.scenario.kinds import Kind, kind_of
+from mavplan.scenario.model import UNPAIRED, Floats, Ints
 from mavplan.scenario.reference import Key, keys_of
 from mavplan.scenario.report import Report, figure, listed, shown
 from mavplan.scenario.sections import Columns
-from mavplan.scenario.table import Row, Table, is_empty, parse_number, parse_text
+from mavplan.scenario.table import Row, Table, is_decimal, is_empty, parse_number, parse_text
 from mavplan.scenario.users_csv import read_csv
 from mavplan.scenario.users_geojson import read_geojson
 
 MAX_BYTES = 64 * 1024 * 1024
 """A users file larger than this is not read: half a million users with all that a city keeps of them."""
 
-READERS: dict[str, Callable[[str, str, Report], Table | None]] = {
-    ".csv": read_csv,
-    ".geojson": read_geojson,
-    ".json": read_geojson,
-}
-"""How each kind of users file is read, by the ending of its name."""
-
 _BIT_PER_MBIT = 1e6
+_GRIDS = ("utm", "mgrs")
+
+
+def _read_table(data: bytes, kind: Kind, label: str, report: Report) -> Table | None:
+    """Return the rows of a users file, by the reader for its kind."""
+    match kind:
+        case Kind.KML:
+            from mavplan.scenario.users_kml import read_kml
+
+            return read_kml(data, label, report)
+        case Kind.KMZ:
+            from mavplan.scenario.users_kml import read_kmz
+
+            return read_kmz(data, label, report)
+        case Kind.GPX:
+            from mavplan.scenario.users_gpx import read_gpx
+
+            return read_gpx(data, label, report)
+        case Kind.XLSX:
+            from mavplan.scenario.users_xlsx import read_xlsx
+
+            return read_xlsx(data, label, report)
+    text = decode(data, label, report)
+    if text is None:
+        return None
+    return read_geojson(text, label, report) if kind is Kind.GEOJSON else read_csv(text, label, report)
 
 
 @dataclass(frozen=True)
@@ -50,10 +69,10 @@ class FileUsers:
     """
 
     names: tuple[str, ...]
-    lat_deg: NDArray[np.float64]
-    lon_deg: NDArray[np.float64]
-    demand_bit: NDArray[np.float64]
-    mate: NDArray[np.int64]
+    lat_deg: Floats
+    lon_deg: Floats
+    demand_bit: Floats
+    mate: Ints
     has_pairs: bool
     places: tuple[str, ...]
 
@@ -87,14 +106,10 @@ def read_users(
     FileUsers or None
         None where the file cannot be read at all.
     """
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        known = ", ".join(READERS)
-        report.error(label, f"ends in {shown(path.suffix)}; a users file ends in one of {known}", "file-type")
-        return None
     noted = report.count
-    text = read_text(path, label, MAX_BYTES, report)
-    table = None if text is None else reader(text, label, report)
+    data = read_bytes(path, label, MAX_BYTES, report)
+    kind = None if data is None else kind_of(data, path.suffix, label, report)
+    table = None if data is None or kind is None else _read_table(data, kind, label, report)
     if table is None:
         return None
     if not table.rows:
@@ -132,27 +147,67 @@ def _names(table: Table, columns: Columns, report: Report) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _positions(
-    table: Table, columns: Columns, report: Report
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _positions(table: Table, columns: Columns, report: Report) -> tuple[Floats, Floats]:
     """Return latitude and longitude in degrees, NaN where there is a problem."""
-    found = []
-    for index, name in enumerate(("lat_deg", "lon_deg")):
-        key, mapped = keys_of("home")[name], getattr(columns, name)
-        values = np.full(len(table.rows), np.nan)
-        if table.has_geometry:
-            if mapped is not None:
-                message = f"{shown(mapped)} is not used: positions are those of the file's geometry"
-                report.warning(f"[columns] {name}", message, "not-used")
-            for i, row in enumerate(table.rows):
-                if row.position is not None:
-                    place = f"{table.place(row)}, geometry, {_IN_WORDS[name]}"
-                    values[i] = _number(row.position[index], key, place, report)
-        elif (column := table.find_column(mapped, name, report, needed=True)) is not None:
-            for i, row in enumerate(table.rows):
-                values[i] = _number(row.cells[column], key, table.place(row, column), report)
-        found.append(values)
-    return found[0], found[1]
+    asked = [name for name in _GRIDS if getattr(columns, name) is not None]
+    given = {column.lower() for column in table.columns}
+    mapped = [getattr(columns, name) for name in _IN_WORDS]
+    in_degrees = any(name in given for name in _IN_WORDS) or any(name in table.columns for name in mapped)
+    if table.has_geometry or in_degrees:
+        for name in asked:
+            message = "is not used: the file has positions in degrees"
+            report.warning(f"[columns] {name}", message, "not-used")
+    else:
+        for name in asked or _GRIDS:
+            column = table.find_column(getattr(columns, name), name, report, needed=bool(asked))
+            if column is not None:
+                return _grid_positions(table, name, column, report)
+        if asked:
+            nowhere = np.full(len(table.rows), np.nan)
+            return nowhere, nowhere
+    return _degrees(table, columns, "lat_deg", report), _degrees(table, columns, "lon_deg", report)
+
+
+def _degrees(table: Table, columns: Columns, name: str, report: Report) -> Floats:
+    """Return one coordinate of every user, from the geometry or a column."""
+    index, key, mapped = int(name == "lon_deg"), keys_of("home")[name], getattr(columns, name)
+    values = np.full(len(table.rows), np.nan)
+    if table.has_geometry:
+        if mapped is not None:
+            message = f"{shown(mapped)} is not used: positions are those of the file's geometry"
+            report.warning(f"[columns] {name}", message, "not-used")
+        for i, row in enumerate(table.rows):
+            if row.position is not None:
+                place = f"{table.place(row)}, geometry, {_IN_WORDS[name]}"
+                values[i] = _number(row.position[index], key, place, report)
+    elif (column := table.find_column(mapped, name, report, needed=True)) is not None:
+        for i, row in enumerate(table.rows):
+            values[i] = _angle(row.cells.get(column), key, table.place(row, column), report)
+    return values
+
+
+def _grid_positions(table: Table, kind: str, column: str, report: Report) -> tuple[Floats, Floats]:
+    """Return latitude and longitude of places in UTM or MGRS."""
+    lat_deg, lon_deg = np.full(len(table.rows), np.nan), np.full(len(table.rows), np.nan)
+    metres: dict[int, tuple[int, bool, float, float, str]] = {}
+    for i, row in enumerate(table.rows):
+        place = table.place(row, column)
+        try:
+            text = parse_text(row.cells.get(column))
+            if not text:
+                report.error(place, "nothing stands there; a position is needed", "missing-value", kind)
+            elif kind == "mgrs":
+                lat_deg[i], lon_deg[i] = parse_mgrs(text)
+            else:
+                metres[i] = parse_utm(text)
+        except ValueError as problem:
+            report.error(place, str(problem), "position", kind)
+    if metres:
+        lat_deg[list(metres)], lon_deg[list(metres)] = utm_to_degrees(list(metres.values()))
+    for i, (*_, band) in metres.items():
+        if fault := band_fault(band, lat_deg[i]):
+            report.error(table.place(table.rows[i], column), fault, "position", kind)
+    return lat_deg, lon_deg
 
 
 _IN_WORDS = {"lat_deg": "latitude", "lon_deg": "longitude"}
@@ -165,7 +220,7 @@ def _like_a_demand(column: str) -> bool:
 
 def _demands(
     table: Table, columns: Columns, default_mbit: float, names: tuple[str, ...], report: Report
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the demands in bits; where the file brings none, the default, said where only some bring one."""
     column = table.find_column(columns.demand_mbit, "demand_mbit", report, needed=False)
     demand_mbit = np.full(len(table.rows), default_mbit)
@@ -195,7 +250,7 @@ def _demands(
     return demand_mbit * _BIT_PER_MBIT
 
 
-def _mates(table: Table, column: str, report: Report) -> NDArray[np.int64]:
+def _mates(table: Table, column: str, report: Report) -> Ints:
     """Return each user's mate by pair ids, of which each must stand with exactly two users."""
     members: dict[str, list[int]] = {}
     for i, row in enumerate(table.rows):
@@ -223,6 +278,18 @@ def _text(table: Table, row: Row, column: str, report: Report) -> str:
     except ValueError as problem:
         report.error(table.place(row, column), str(problem), "bad-text", column)
         return ""
+
+
+def _angle(value: object, key: Key, place: str, report: Report) -> float:
+    """Return a checked angle, decimal or in degrees, minutes and seconds; NaN with the problem noted."""
+    if isinstance(value, str) and not is_empty(value):
+        try:
+            angle = None if is_decimal(value) else parse_angle(value, key)
+        except ValueError as problem:
+            report.error(place, str(problem), "position", key.name)
+            return np.nan
+        value = value if angle is None else angle
+    return _number(value, key, place, report)
 
 
 def _number(value: object, key: Key, place: str, report: Report) -> float:

@@ -2,10 +2,9 @@
 
 import csv
 import io
-from collections import Counter
 
 from mavplan.scenario.report import Report
-from mavplan.scenario.table import Row, Table, plain
+from mavplan.scenario.table import Row, Table, is_usable_header
 
 _DELIMITERS = ",;\t"
 _COMMA_HINT = "; numbers take a decimal point, and a name with a comma stands in quotes"
@@ -41,7 +40,7 @@ def read_csv(text: str, label: str, report: Report) -> Table | None:
                 continue
             if header is None:
                 header = tuple(cell.strip() for cell in cells)
-                if not _is_usable(header, place, report):
+                if not is_usable_header(header, place, report):
                     return None
             elif len(cells) != len(header):
                 hint = _COMMA_HINT if len(cells) > len(header) and delimiter == "," else ""
@@ -55,14 +54,6 @@ def read_csv(text: str, label: str, report: Report) -> Table | None:
         if header is None:
             report.error(label, "is empty; a header line and a user a line are expected", "empty")
     return None if header is None else Table(label, "line", "column", header, rows)
-
-
-def _is_usable(header: tuple[str, ...], place: str, report: Report) -> bool:
-    """Return whether no two columns have the same name; unnamed ones are never asked for."""
-    twice = [name for name, count in Counter(header).items() if count > 1 and name]
-    for name in twice:
-        report.error(place, f"the column {plain(name)} is there twice", "duplicate-column")
-    return not twice
 
 
 def _delimiter_of(text: str) -> str:

@@ -179,8 +179,10 @@ def test_a_missing_scenario_or_folder_is_said(desk, tmp_path):
         ("users = 3", "users: found 3; allowed is the name of a file"),
         ('users = " "', "users: found"),
         ('users = "none.csv"', "none.csv: there is no such file"),
-        ('users = "."', "a users file ends in one of .csv, .geojson, .json"),
-        ('users = "users.xlsx"', 'ends in ".xlsx"; a users file ends in one of .csv, .geojson, .json'),
+        ('users = "."', "is a folder, not a file"),
+        ('users = "users.xlsx"', "there is no such file"),
+        ('users = "https://example.org/users.csv"', "it names a file on this machine: nothing is fetched"),
+        ('users = "/vsizip/users.zip"', "it names a file on this machine: nothing is fetched"),
         ('users = "a\\u0000b.csv"', "is no name that a file can have"),
     ],
 )

@@ -67,7 +67,7 @@ def test_plain_decimal_numbers_are_taken(desk, text):
         ("A,46.5,7.5,1e999,", "out-of-range", 'column demand_mbit: found "1e999"'),
         ("A,46.5,7.5,-0.1,", "out-of-range", 'column demand_mbit: found "-0.1"; allowed is a number from 0'),
         ("A,north,7.5,1,", "out-of-range", 'found "north", which is not a plain decimal number'),
-        ("A,46.5 N,7.5,1,", "out-of-range", "which is not a plain decimal number"),
+        ("A,46.5 north,7.5,1,", "out-of-range", "which is not a plain decimal number"),
         ("A,4_6,7.5,1,", "out-of-range", "which is not a plain decimal number"),
         ("A,0x2e,7.5,1,", "out-of-range", "which is not a plain decimal number"),
         ("A,٤٦,7.5,1,", "out-of-range", "which is not a plain decimal number"),
