@@ -1,10 +1,14 @@
-"""``mavplan export``: a mission file in another format."""
+"""``mavplan export``: a mission file in another format, and as a map."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from mavplan.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from mavplan.stored_plan import StoredPlan
 
 
 @click.command("export", short_help="Write a mission file in another format.")
@@ -17,7 +21,7 @@ from mavplan.errors import InputError, Problem
     required=True,
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write this file, .plan or .waypoints; may be given again.",
+    help="Write this file: .plan, .waypoints, .kml, .kmz, .gpx, .geojson or .csv; may be given again.",
 )
 @click.option(
     "--autopilot",
@@ -25,25 +29,35 @@ from mavplan.errors import InputError, Problem
     help="The firmware it is for, where FILE does not say (.waypoints).",
 )
 def export_command(file: Path, outputs: tuple[Path, ...], autopilot: str | None) -> None:
-    """Write the mission in FILE (.plan or .waypoints) in another format.
+    """Write the mission in FILE (.plan or .waypoints) in another format, or as a map.
 
-    The plan beside it (.mavplan.json) goes along, so that the new file is known by it too.
+    The plan beside it (.mavplan.json) goes along, so that the new mission file is known by it too, and gives maps their
+    users.
 
     \b
     mavplan export valley.plan -o valley.waypoints
+    mavplan export valley.plan -o valley.kml -o valley.gpx
     mavplan export survey.waypoints --autopilot ardupilot -o survey.plan
     """
     from mavplan.cli.console import say_problems
-    from mavplan.formats import format_of, write_all
+    from mavplan.cli.outputs import check_suffixes
+    from mavplan.formats import FORMATS, format_of, write_all
     from mavplan.formats.beside import plan_path, read_known_mission
+    from mavplan.maps import MAPS, plan_map
 
+    check_suffixes(outputs, (*FORMATS, *MAPS))
     mission = read_known_mission(file, autopilot)  # type: ignore[arg-type]
     contents: dict[Path, str | bytes] = {}
     warnings: list[Problem] = []
     beside = plan_path(file)
     for output in outputs:
+        suffix = output.suffix.lower()
         if output.resolve() == file.resolve():
             raise InputError(f"{output}: is the file that is read; name another one")
+        if suffix in MAPS:
+            plan = _plan_beside(beside, needed_by=output if suffix == ".csv" else None)
+            contents[output] = MAPS[suffix](plan_map(mission, plan, file.stem))
+            continue
         mission_format = format_of(output)
         contents[output] = mission_format.dumps(mission)
         warnings += mission_format.warnings(mission)
@@ -52,3 +66,15 @@ def export_command(file: Path, outputs: tuple[Path, ...], autopilot: str | None)
     write_all(contents.items())
     say_problems(warnings)
     click.echo(f"written: {', '.join(str(path) for path in contents)}")
+
+
+def _plan_beside(beside: Path, needed_by: Path | None) -> "StoredPlan | None":
+    """Return the plan beside a mission; where there is none, None, or the error where nothing else would do."""
+    from mavplan.stored_plan import read_plan
+
+    if beside.is_file():
+        return read_plan(beside)
+    if needed_by is not None:
+        message = f"is a table of users, and there is no plan beside the mission: {beside} is missing"
+        raise InputError([Problem(str(needed_by), message, "no-plan")])
+    return None

@@ -7,23 +7,33 @@ from mavplan.errors import InputError, Problem
 from mavplan.figures.files import PICTURES, check_picture, draw_plan
 from mavplan.formats import FORMATS, format_of, write_all
 from mavplan.formats.beside import plan_path
+from mavplan.maps import MAPS, plan_map
 from mavplan.plan import Plan
 from mavplan.plan_file import dumps
+from mavplan.stored_plan import parse_plan
 
 
 def check_outputs(paths: Sequence[Path]) -> None:
     """Raise an `InputError` for every path whose suffix says no format, before any work is done."""
-    known = ", ".join((*FORMATS, *PICTURES))
-    problems = [
-        Problem(str(path), f"{path.suffix or 'a name without suffix'} is no output format: {known}", "format")
-        for path in paths
-        if path.suffix.lower() not in (*FORMATS, *PICTURES)
-    ]
-    if problems:
-        raise InputError(problems)
+    check_suffixes(paths, (*FORMATS, *MAPS, *PICTURES))
     for path in paths:
         if path.suffix.lower() in PICTURES:
             check_picture(path)
+
+
+def check_suffixes(paths: Sequence[Path], known: Sequence[str]) -> None:
+    """Raise an `InputError` for every path whose suffix is not one of these."""
+    problems = [
+        Problem(
+            str(path),
+            f"{path.suffix or 'a name without suffix'} is no output format: {', '.join(known)}",
+            "format",
+        )
+        for path in paths
+        if path.suffix.lower() not in known
+    ]
+    if problems:
+        raise InputError(problems)
 
 
 def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[Problem]]:
@@ -38,6 +48,10 @@ def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[P
     for path in paths:
         if path.suffix.lower() in PICTURES:
             contents[path] = draw_plan(plan, path)
+            continue
+        if path.suffix.lower() in MAPS:
+            stored = parse_plan(dumps(plan), str(path))
+            contents[path] = MAPS[path.suffix.lower()](plan_map(plan.built.mission, stored, path.stem))
             continue
         mission_format = format_of(path)
         contents[path] = mission_format.dumps(plan.built.mission)

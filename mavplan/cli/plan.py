@@ -58,7 +58,8 @@ class Clusters(click.ParamType[int | str]):
     multiple=True,
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write this file: .plan, .waypoints, or a picture (.png, .svg, .pdf); may be given again. "
+    help="Write this file: .plan, .waypoints, a map (.kml, .kmz, .gpx, .geojson), a table of the users (.csv) or a "
+    "picture (.png, .svg, .pdf); may be given again. "
     "Default: the scenario's name with .plan, in this folder.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")

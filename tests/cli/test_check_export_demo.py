@@ -94,3 +94,29 @@ def test_the_demo_without_a_scenario_starts_from_the_one_of_init(mavplan_process
     ran = mavplan_process("demo")
     assert ran.code == 0, ran.err
     assert (tmp_path / "mavplan-demo/scenario.toml").is_file()
+
+
+@pytest.mark.usefixtures("valley")
+def test_a_mission_and_its_plan_become_maps_and_a_table(mavplan, gallery, tmp_path):
+    """The same from the plan as from the mission file afterwards."""
+    outputs = [tmp_path / f"map{suffix}" for suffix in (".kml", ".kmz", ".gpx", ".geojson", ".csv")]
+    ran = mavplan("export", "v.plan", *(word for path in outputs for word in ("-o", path)))
+    assert ran.code == 0, ran.err
+    assert "Last barn" in outputs[0].read_text("utf-8")
+    assert all(path.stat().st_size > 500 for path in outputs)
+    ran = mavplan("plan", gallery / "valley/scenario.toml", "--clusters", "3", "-o", "x.kml", "-o", "x.csv")
+    assert ran.code == 0, ran.err
+    drawn, exported = ((tmp_path / name).read_text("utf-8") for name in ("x.kml", "map.kml"))
+    assert drawn.replace("<name>x</name>", "<name>v</name>") == exported
+    assert (tmp_path / "x.csv").read_bytes() == outputs[-1].read_bytes()
+
+
+@pytest.mark.usefixtures("valley")
+def test_without_a_plan_a_map_has_no_users_and_a_table_cannot_be(mavplan, tmp_path):
+    (tmp_path / "v.mavplan.json").unlink()
+    assert mavplan("export", "v.plan", "-o", "bare.kml").code == 0
+    assert "Last barn" not in (tmp_path / "bare.kml").read_text("utf-8")
+    ran = mavplan("export", "v.plan", "-o", "also.kml", "-o", "users.csv")
+    assert ran.code == 2
+    assert "there is no plan beside the mission" in ran.err
+    assert not (tmp_path / "also.kml").exists()
