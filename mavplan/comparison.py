@@ -16,7 +16,7 @@ COVER_LIMIT_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """The figures of one planner; ratios are to the benchmark's, None where that is 0."""
+    """The figures of one planner; ratios are to the benchmark's, None where that is 0, as is an unknown energy."""
 
     planner: str
     clusters: int
@@ -29,6 +29,7 @@ class Row:
     joint_index: float | None
     hover_s: float
     mission_s: float
+    energy_wh: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,4 +97,5 @@ def _row(plan: Plan, benchmark: Plan) -> Row:
         joint_index=plan.joint_index,
         hover_s=plan.holds.hover_s,
         mission_s=plan.forecast.mission_s,
+        energy_wh=plan.forecast.used_wh,
     )

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from mavplan.energy import rotor_of
 from mavplan.errors import InputError, Problem
 from mavplan.geo import LocalPlane
 from mavplan.hover import Holds, hold_times
@@ -14,7 +15,7 @@ from mavplan.mission.autopilots import AUTOPILOTS, AutopilotRules
 from mavplan.mission.build import BuiltMission, build_mission
 from mavplan.mission.fence_check import flown_legs, mission_breaches
 from mavplan.mission.fence_wire import fence_problems
-from mavplan.mission.forecast import Forecast, forecast
+from mavplan.mission.forecast import Forecast, forecast_mission
 from mavplan.mission.model import HomePosition, Mission
 from mavplan.planners import plan_trajectory
 from mavplan.planners.index import joint_index
@@ -43,7 +44,24 @@ class Plan:
     @property
     def warnings(self) -> tuple[Problem, ...]:
         """What the people who fly it should know, in the order of the steps."""
-        return (*self.scenario.warnings, *self.trajectory.notes, *self.built.warnings, *self._too_long())
+        return (
+            *self.scenario.warnings,
+            *self.trajectory.notes,
+            *self.built.warnings,
+            *self._too_long(),
+            *self._too_dear(),
+        )
+
+    @property
+    def arrivals_s(self) -> tuple[float, ...]:
+        """When the hold at each stop begins, on the clock of the mission."""
+        return tuple(self.forecast.hold_begins_s(item.hold) for item in self.built.stop_items)
+
+    @property
+    def remaining_fraction(self) -> float | None:
+        """Part of the battery that is left at the end, below 0 where it does not suffice; None where not known."""
+        used_wh, battery_wh = self.forecast.used_wh, self.scenario.vehicle.battery_wh
+        return None if used_wh is None or battery_wh is None else 1 - used_wh / battery_wh
 
     def _too_long(self) -> tuple[Problem, ...]:
         """Return a warning where the mission outlasts a given endurance."""
@@ -58,6 +76,18 @@ class Plan:
             f"({vehicle.endurance_s:,.0f} s less a reserve of {vehicle.reserve_fraction:.0%})"
         )
         return (Problem("[vehicle] endurance_s", message, "mission-too-long", "warning"),)
+
+    def _too_dear(self) -> tuple[Problem, ...]:
+        """Return a warning where the mission takes more from a given battery than its reserve allows."""
+        vehicle, left = self.scenario.vehicle, self.remaining_fraction
+        if left is None or vehicle.battery_wh is None or left >= vehicle.reserve_fraction:
+            return ()
+        usable_wh = vehicle.battery_wh * (1 - vehicle.reserve_fraction)
+        message = (
+            f"the mission takes {self.forecast.used_wh:,.1f} Wh, the battery gives {usable_wh:,.1f} Wh "
+            f"({vehicle.battery_wh:,.1f} Wh less a reserve of {vehicle.reserve_fraction:.0%})"
+        )
+        return (Problem("[vehicle] battery_wh", message, "mission-energy", "warning"),)
 
 
 def make_plan(
@@ -94,14 +124,11 @@ def make_plan(
         hover=hover,
     )
     built = _fenced(built, scenario, rules)
-    expected = forecast(
-        stops_m=flown_m,
-        holds_s=[hold_s or 0.0 for hold_s in holds_s],
+    expected = forecast_mission(
+        built.mission,
         rules=rules,
-        altitude_m=vehicle.altitude_m,
-        speed_m_s=vehicle.speed_m_s,
         acceleration_m_s2=vehicle.acceleration_m_s2,
-        end=vehicle.end,
+        rotor=None if vehicle.mass_kg is None else rotor_of(vehicle.mass_kg),
     )
     benchmark = sbw(scenario.users, Channel(scenario.radio, vehicle.altitude_m, scenario.d2d))
     return Plan(scenario, rules, trajectory, holds, built, expected, joint_index(trajectory, benchmark))

@@ -10,6 +10,7 @@ import json
 from typing import Any
 
 from mavplan.plan import Plan
+from mavplan.plan_forecast import forecast_object
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
 from mavplan.scenario.sections import FenceOptions
 
@@ -30,6 +31,7 @@ def summary(plan: Plan) -> dict[str, Any]:
         "mission_s": round(round(plan.forecast.flight_s, 1) + plan.holds.hover_s, 3),
         "stops": _stops(plan),
         "users": _users(plan),
+        "forecast": forecast_object(plan),
     }
 
 

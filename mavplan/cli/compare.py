@@ -78,18 +78,9 @@ def print_comparison(found: "Comparison") -> None:
 
     table = Table(box=None)
     table.add_column("planner", no_wrap=True)
-    for heading in (
-        "K",
-        "stops",
-        "D2D",
-        "length m",
-        "/SBW",
-        "Σ rate",
-        "/SBW",
-        "index ρe",
-        "hover",
-        "mission",
-    ):
+    energy = all(row.energy_wh is not None for row in found.rows)
+    headings = ["K", "stops", "D2D", "length m", "/SBW", "Σ rate", "/SBW", "index ρe", "hover", "mission"]
+    for heading in [*headings, *(["Wh"] if energy else [])]:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in found.rows:
         table.add_row(
@@ -104,6 +95,7 @@ def print_comparison(found: "Comparison") -> None:
             _ratio(row.joint_index),
             clock(row.hover_s),
             clock(row.mission_s),
+            *([f"{row.energy_wh:,.1f}"] if energy else []),
         )
     stdout().print(table)
     click.echo()

@@ -62,6 +62,7 @@ class Clusters(click.ParamType[int | str]):
     "picture (.png, .svg, .pdf); may be given again. "
     "Default: the scenario's name with .plan, in this folder.",
 )
+@click.option("--items", is_flag=True, help="Print time and energy of every mission item too.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def plan_command(
     scenario: Path,
@@ -71,6 +72,7 @@ def plan_command(
     autopilot: str | None,
     hover: str,
     outputs: tuple[Path, ...],
+    items: bool,
     as_json: bool,
 ) -> None:
     """Plan a flight for SCENARIO (a scenario.toml) and write it as a mission.
@@ -78,11 +80,12 @@ def plan_command(
     \b
     mavplan plan scenario.toml
     mavplan plan scenario.toml --clusters 6 -o valley.plan -o valley.waypoints -o valley.png
+    mavplan plan scenario.toml --items
     mavplan plan scenario.toml --json | jq .mission_s
     """
     from mavplan.cli.console import progress, say_problems
     from mavplan.cli.outputs import check_outputs, write_outputs
-    from mavplan.cli.tables import print_plan
+    from mavplan.cli.tables import print_items, print_plan
     from mavplan.plan import make_plan
     from mavplan.plan_file import summary
     from mavplan.scenario import load_scenario
@@ -98,6 +101,10 @@ def plan_command(
         click.echo(json.dumps(summary(made), ensure_ascii=False, allow_nan=False))
         return
     print_plan(made)
+    if items:
+        click.echo()
+        print_items(made)
+        click.echo()
     click.echo(f"written: {', '.join(str(path) for path in written)}")
 
 

@@ -1,19 +1,23 @@
-"""A plan as a person reads it in a terminal: a row for each stop, then the totals."""
+"""A plan as a person reads it in a terminal: a row for each stop or each item, then the totals."""
 
 from collections.abc import Sequence
+from dataclasses import asdict, astuple
 
 import click
 import numpy as np
 
 from mavplan.cli.console import clock, counted, printable, stdout
+from mavplan.mission.phases import Phases
+from mavplan.mission.sendable import command_name
 from mavplan.plan import Plan
+from mavplan.plan_forecast import stop_of_item
 
 MOST_NAMES = 8
 """Names of users in one cell; the rest is counted."""
 
 
 def print_plan(plan: Plan) -> None:
-    """Print stops in flying order with hold and users, and the totals."""
+    """Print stops in flying order with arrival, hold and users, and the totals."""
     from rich.table import Table
 
     trajectory, users = plan.trajectory, plan.scenario.users
@@ -24,7 +28,7 @@ def print_plan(plan: Plan) -> None:
     table = Table(
         title=f"{trajectory.planner.upper()} for {plan.rules.title}", title_justify="left", box=None
     )
-    for heading in ("stop", "latitude", "longitude", "leg m", "hold s"):
+    for heading in ("stop", "latitude", "longitude", "leg m", "arrives", "hold s"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("served from the air")
     if any_d2d:
@@ -37,6 +41,7 @@ def print_plan(plan: Plan) -> None:
             f"{place.lat_deg:.6f}",
             f"{place.lon_deg:.6f}",
             f"{legs_m[stop]:,.0f}",
+            stopwatch(plan.arrivals_s[stop]),
             f"{plan.holds.stored_s[stop]:g}",
             _names([users.names[n] for n in np.flatnonzero(here & ~trajectory.assignment.d2d)]),
         ]
@@ -63,7 +68,55 @@ def totals(plan: Plan) -> list[str]:
         f"path {trajectory.length_m:,.0f} m, sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
         f"hover {clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
         f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}",
+        _energy(plan),
     ]
+
+
+def print_items(plan: Plan) -> None:
+    """Print what each item of the mission takes, its way there included, phase by phase."""
+    from rich.table import Table
+
+    found, stops = plan.forecast, stop_of_item(plan)
+    known = found.used_wh is not None
+    table = Table(title="forecast by item", title_justify="left", box=None, show_footer=True)
+    sums = [*_seconds(found.seconds), "", *([f"{found.used_wh:,.1f}", ""] if known else [])]
+    headings = ["climb s", "cruise s", "hover s", "descent s", "done", *(["Wh", "Wh used"] if known else [])]
+    table.add_column("item", justify="right", no_wrap=True)
+    table.add_column("command", "in all", no_wrap=True)
+    table.add_column("stop", justify="right", no_wrap=True)
+    for heading, footer in zip(headings, sums, strict=True):
+        table.add_column(heading, footer, justify="right", no_wrap=True)
+    for item in found.items:
+        stop = stops.get(item.item)
+        cells = [str(item.item + 1), command_name(item.command), "" if stop is None else str(stop + 1)]
+        cells += [*_seconds(item.seconds), stopwatch(item.done_s)]
+        if item.energy_wh is not None:
+            cells += [f"{item.energy_wh.total:,.1f}" if item.energy_wh.total else "", f"{item.used_wh:,.1f}"]
+        table.add_row(*cells)
+    stdout().print(table)
+
+
+def stopwatch(seconds: float) -> str:
+    """Return ``12:34``, minutes and seconds since the start of the mission."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d}"
+
+
+def _seconds(phases: Phases) -> list[str]:
+    """Return a cell for each phase, empty where it does not occur."""
+    return [f"{value:,.1f}" if value else "" for value in astuple(phases)]
+
+
+def _energy(plan: Plan) -> str:
+    """Return what the mission takes from the battery, or why nobody knows."""
+    energy, left = plan.forecast.energy_wh, plan.remaining_fraction
+    if energy is None:
+        return "energy –: [vehicle] mass_kg is not set"
+    parts = ", ".join(f"{phase} {value:,.1f}" for phase, value in asdict(energy).items())
+    if left is None:
+        return f"energy {energy.total:,.1f} Wh ({parts})"
+    battery = f"{left:.0%} of the battery left" if left >= 0 else "more than the battery holds"
+    return f"energy {energy.total:,.1f} Wh ({parts}), {battery}"
 
 
 def _names(names: Sequence[str]) -> str:

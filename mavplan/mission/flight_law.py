@@ -1,19 +1,17 @@
-"""How long the autopilots take to fly: their constants, in one place, and the motion law that both follow.
+"""How the autopilots fly: their constants, in one place.
 
-A leg is flown from rest to rest with a limit on speed, acceleration and jerk (an S-curve), plus a time to settle
-until the hold begins. The constants are default parameters where the firmware names them; the rest was read from
-recorded flights in simulation (ArduCopter 4.7.0-dev of July 2025; PX4 main of 2025-08-18, SIH quadrotor; times of
-the vehicle's own clock).
+A leg is flown from rest to rest with a limit on speed, acceleration and jerk (an S-curve, `mavplan.mission.motion`),
+plus a time to settle until the hold begins; a point without a hold is flown through (`mavplan.mission.turning`). The
+constants are default parameters where the firmware names them; the rest was read from recorded flights in simulation
+(ArduCopter 4.7.0-dev of July 2025; PX4 main of 2025-08-18, SIH quadrotor; times of the vehicle's own clock).
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from mavplan.mission.model import Autopilot
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +24,13 @@ class FlightLaw:
         Of horizontal legs.
     settle_s
         From the end of the S-curve to the beginning of the hold.
+    turn
+        How a point without a hold is flown through: the next leg begins while this one ends (``blend``), or the
+        corner is taken as fast as its circle allows (``slow``).
+    turn_radius_m
+        How far from the point the way may pass.
+    turn_acceleration_m_s2
+        Limit on acceleration in the corner.
     takeoff_wait_s
         From the start of the mission to leaving the ground, with whatever slows the end of the climb.
     climb_slow_m_s, climb_slow_below_m
@@ -47,6 +52,9 @@ class FlightLaw:
     acceleration_m_s2: float
     jerk_m_s3: float
     settle_s: float
+    turn: Literal["blend", "slow"]
+    turn_radius_m: float
+    turn_acceleration_m_s2: float
     takeoff_wait_s: float
     climb_slow_m_s: float
     climb_slow_below_m: float
@@ -64,6 +72,9 @@ ARDUPILOT_LAW = FlightLaw(
     acceleration_m_s2=2.5,  # WPNAV_ACCEL
     jerk_m_s3=1.0,  # WPNAV_JERK
     settle_s=0.85,  # mean of eight measured legs of 20 to 300 m at 3 to 10 m/s; each within 0.2 s
+    turn="blend",
+    turn_radius_m=2.0,  # WPNAV_RADIUS
+    turn_acceleration_m_s2=5.0,  # WPNAV_ACCEL_C 0: twice WPNAV_ACCEL
     takeoff_wait_s=2.7,  # 30 m in 18.2 s, leaving the ground 2.8 s after the start
     climb_slow_m_s=1.0,
     climb_slow_below_m=0.0,
@@ -81,6 +92,9 @@ PX4_LAW = FlightLaw(
     acceleration_m_s2=3.0,  # MPC_ACC_HOR
     jerk_m_s3=4.0,  # MPC_JERK_AUTO
     settle_s=1.8,  # mean over the five recorded legs of 100 to 163 m; each leg within 5 % then
+    turn="slow",
+    turn_radius_m=2.0,  # NAV_ACC_RAD as recorded
+    turn_acceleration_m_s2=1.5,  # MPC_XY_TRAJ_P 0.5 of MPC_ACC_HOR: 1.7 m/s round a right angle, as recorded
     takeoff_wait_s=7.5,  # 30 m in 21.5 s recorded, 20 to 22 s over several flights
     climb_slow_m_s=1.5,  # MPC_TKO_SPEED
     climb_slow_below_m=10.0,  # MPC_LAND_ALT1
@@ -91,65 +105,7 @@ PX4_LAW = FlightLaw(
     return_height_m=30.0,  # recorded: no climb at 30 m
     return_wait_s=0.0,
     descent=((np.inf, 1.5), (10.0, 1.0), (5.0, 0.6)),  # recorded; MPC_Z_V_AUTO_DN, MPC_LAND_ALT1 and _ALT2
-    landing_s=5.6,  # recorded: from the ground to "Landing detected", and the beginning of the descent
+    landing_s=7.6,  # recorded: the beginning of the descent, from the ground to "Landing detected", 2 s to disarm
 )
 
 LAWS: dict[Autopilot, FlightLaw] = {"ardupilot": ARDUPILOT_LAW, "px4": PX4_LAW}
-
-
-def trapezoid_time_s(distance_m: ArrayLike, speed_m_s: float, acceleration_m_s2: float) -> Floats:
-    """Return the time from rest to rest with a limit on speed and acceleration.
-
-    Parameters
-    ----------
-    distance_m
-        Any shape, not negative.
-    speed_m_s
-        Positive.
-    acceleration_m_s2
-        0 or infinity reach speed at once.
-
-    Returns
-    -------
-    ndarray
-        Seconds, same shape: d/v + v/a where d ≥ v²/a, else 2·√(d/a).
-    """
-    distance = np.asarray(distance_m, dtype=np.float64)
-    if acceleration_m_s2 == 0 or np.isinf(acceleration_m_s2):
-        return distance / speed_m_s
-    full = distance / speed_m_s + speed_m_s / acceleration_m_s2
-    return np.where(
-        distance >= speed_m_s**2 / acceleration_m_s2, full, 2 * np.sqrt(distance / acceleration_m_s2)
-    )
-
-
-def s_curve_time_s(
-    distance_m: ArrayLike, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float
-) -> Floats:
-    """Return the time from rest to rest with a limit on speed, acceleration and jerk.
-
-    Reaching a speed v takes t(v) = v/a + a/j where v ≥ a²/j, else 2·√(v/j), over v·t(v)/2. A leg of at least
-    v·t(v) takes d/v + t(v); a shorter one 2·t(u) with the peak speed u that fits it, u·t(u) = d.
-
-    Parameters
-    ----------
-    distance_m
-        Any shape, not negative.
-    speed_m_s, acceleration_m_s2, jerk_m_s3
-        Positive limits.
-
-    Returns
-    -------
-    ndarray
-        Seconds, same shape.
-    """
-    distance = np.asarray(distance_m, dtype=np.float64)
-    a, j = acceleration_m_s2, jerk_m_s3
-    knee = a / j
-    with_plateau = (np.sqrt(knee**2 + 4 * distance / a) - knee) * a / 2
-    without_plateau = np.cbrt(distance**2 * j / 4)
-    fitting = np.where(distance >= 2 * a**3 / j**2, with_plateau, without_plateau)
-    peak = np.minimum(fitting, speed_m_s)
-    reach = np.where(peak >= a * knee, peak / a + knee, 2 * np.sqrt(peak / j))
-    cruise = np.maximum(distance - peak * reach, 0.0) / speed_m_s
-    return np.asarray(cruise + 2 * reach)

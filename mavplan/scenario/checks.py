@@ -1,4 +1,4 @@
-"""Checks beyond single values: that a planner exists, an altitude leaves a coverage radius, users are within reach."""
+"""Checks beyond single values: a planner exists, an altitude leaves a coverage radius, users are within reach."""
 
 import math
 from dataclasses import dataclass
@@ -28,6 +28,17 @@ def check_altitude(radio: Radio, vehicle: Vehicle, label: str, report: Report) -
         f"{figure(radio.snr_threshold_db)}, as the coverage radius is positive only below {below} m"
     )
     report.error(f"{label}, [vehicle] altitude_m", message, "no-coverage")
+
+
+def check_battery(vehicle: Vehicle, label: str, report: Report) -> None:
+    """Note a battery without a mass: nobody could say what is left in it."""
+    if vehicle.battery_wh is None or vehicle.mass_kg is not None:
+        return
+    message = (
+        "is missing; battery_wh needs the take-off mass (kg), without which no energy can be forecast: give it, "
+        "or leave battery_wh out"
+    )
+    report.error(f"{label}, [vehicle] mass_kg", message, "missing-key")
 
 
 def check_planner(options: PlannerOptions, label: str, report: Report) -> None:

@@ -56,9 +56,6 @@ RESERVED = {
 }
 """Tables that are set aside: known by name, not honoured."""
 
-UNUSED = {"vehicle": ("battery_wh", "mass_kg")}
-"""Keys that are checked and kept, but that no part of a plan depends on."""
-
 _UNITS = (
     ("_m_s2", "m/s²"),
     ("_m_s", "m/s"),

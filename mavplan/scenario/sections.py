@@ -82,7 +82,7 @@ class Vehicle:
     """The multirotor; altitude above home.
 
     ``acceleration_m_s2`` None is the autopilot's measured law, 0 reaches speed at once. ``endurance_s`` None
-    assumes nothing. Battery and mass serve the energy model.
+    assumes nothing. Without a mass no energy is forecast; a battery needs one.
     """
 
     autopilot: Literal["ardupilot", "px4"] = "ardupilot"

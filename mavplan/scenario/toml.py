@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mavplan.scenario.checks import check_altitude, check_distances, check_planner, reach_of
+from mavplan.scenario.checks import check_altitude, check_battery, check_distances, check_planner, reach_of
 from mavplan.scenario.fence_checks import check_fence_places, check_heights
 from mavplan.scenario.files import read_text
 from mavplan.scenario.lists import ListedThings, read_lists
 from mavplan.scenario.model import Scenario, Users
-from mavplan.scenario.reference import AREA_LISTS, RESERVED, SECTIONS, UNUSED, keys_of
+from mavplan.scenario.reference import AREA_LISTS, RESERVED, SECTIONS, keys_of
 from mavplan.scenario.report import Report, key_name, listed, nearest, shown
 from mavplan.scenario.sections import (
     D2D,
@@ -59,7 +59,6 @@ def load_scenario(path: Path | str) -> Scenario:
         raise AssertionError("a file that could not be read left no problem")
     sections = _Sections(data, str(path), report)
     things = read_lists(data, str(path), report)
-    _note_unused(data, str(path), report)
     users_path = _users_path(data, path, report)
     _note_unknown(data, str(path), report)
     users = None
@@ -76,6 +75,8 @@ def load_scenario(path: Path | str) -> Scenario:
     check_planner(sections.planner, str(path), report)
     if sections.sound("radio", "vehicle"):
         check_altitude(sections.radio, sections.vehicle, str(path), report)
+    if sections.sound("vehicle"):
+        check_battery(sections.vehicle, str(path), report)
     if sections.sound("fence", "vehicle"):
         check_heights(things.rally, sections.fence, sections.vehicle, str(path), report)
     if sections.home is not None and things.sound and sections.sound("fence"):
@@ -176,17 +177,6 @@ def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
         known = ["users", *SECTIONS, "rally", *RESERVED]
         message = f"is not known{_remedy(name, known, '')}"
         report.error(f"{label}, {key_name(name)}", message, "unknown-key")
-
-
-def _note_unused(data: dict[str, Any], label: str, report: Report) -> None:
-    """Note keys that are given but change nothing, lest anyone rely on them."""
-    for section, names in UNUSED.items():
-        table = data.get(section)
-        given = [name for name in names if name in table] if isinstance(table, dict) else []
-        for name in given:
-            report.warning(
-                f"{label}, [{section}] {name}", "is not used: the plan does not depend on it", "not-used"
-            )
 
 
 def _remedy(name: str, known: list[str], section: str) -> str:

@@ -1,0 +1,198 @@
+"""What each phase of a flight takes in seconds and watt-hours: climb, cruise, hover, descent. Pure.
+
+The autopilots' constants are in `mavplan.mission.flight_law`, the power in `mavplan.energy`; which item of a mission
+has which phases is `mavplan.mission.forecast`'s business. Without a rotor every energy is NaN.
+"""
+
+import math
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mavplan.energy import RotaryWing
+from mavplan.mission.autopilots import AutopilotRules
+from mavplan.mission.flight_law import LAWS, FlightLaw
+from mavplan.mission.motion import Legs, rest_to_rest
+from mavplan.mission.turning import Bools, spared
+
+Floats = NDArray[np.float64]
+
+JOULE_PER_WH = 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Phases:
+    """Seconds, or watt-hours, of each phase."""
+
+    climb: float = 0.0
+    cruise: float = 0.0
+    hover: float = 0.0
+    descent: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """Sum of the four."""
+        return math.fsum(astuple(self))
+
+    def __add__(self, other: "Phases") -> "Phases":
+        """Return the sums, phase by phase."""
+        return Phases(*(math.fsum(pair) for pair in zip(astuple(self), astuple(other), strict=True)))
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """Seconds and watt-hours of a piece of a flight, phase by phase."""
+
+    seconds: Phases
+    energy_wh: Phases
+
+    def __add__(self, other: "Flown") -> "Flown":
+        """Return both one after the other."""
+        return Flown(self.seconds + other.seconds, self.energy_wh + other.energy_wh)
+
+
+NOT_FLOWN = Flown(Phases(), Phases())
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """How one vehicle flies, and what it costs.
+
+    Attributes
+    ----------
+    rules
+        Its autopilot.
+    acceleration_m_s2
+        Of legs; 0 reaches speed at once, None is the autopilot's measured law.
+    rotor
+        None where the mass is not known.
+    """
+
+    rules: AutopilotRules
+    acceleration_m_s2: float | None = None
+    rotor: RotaryWing | None = None
+
+    @property
+    def law(self) -> FlightLaw:
+        """The autopilot's constants."""
+        return LAWS[self.rules.name]
+
+    def hover(self, seconds: float) -> Flown:
+        """Return a time at one place."""
+        return Flown(Phases(hover=seconds), Phases(hover=self._hover_wh(seconds)))
+
+    def take_off(self, height_m: float) -> Flown:
+        """Return what it takes from the start of the mission until the climb is over: waiting is counted as climb."""
+        law = self.law
+        slow_m = min(height_m, law.climb_slow_below_m)
+        slow = self._at_once(slow_m, law.climb_slow_m_s)
+        waited = Flown(Phases(climb=law.takeoff_wait_s), Phases(climb=self._hover_wh(law.takeoff_wait_s)))
+        return waited + slow + self.climb(height_m - slow_m)
+
+    def climb(self, height_m: float) -> Flown:
+        """Return a climb from rest to rest, in flight."""
+        law = self.law
+        up = rest_to_rest(height_m, law.climb_m_s, law.climb_acceleration_m_s2, law.climb_jerk_m_s3)
+        if self.rotor is None:
+            return Flown(Phases(climb=float(up.time_s)), Phases(climb=math.nan))
+        power = self.rotor.climb_power_w
+        joule = 2 * up.ramp_s * up.ramp_mean(power) + up.plateau_s * power(up.peak_m_s)
+        return Flown(Phases(climb=float(up.time_s)), Phases(climb=float(joule) / JOULE_PER_WH))
+
+    def land(self, height_m: float) -> Flown:
+        """Return what it takes from a height until the motors stop."""
+        seconds, below_m = self.law.landing_s, height_m
+        steps = self.law.descent
+        for (_, speed_m_s), (until_m, _) in zip(steps, (*steps[1:], (0.0, 0.0)), strict=True):
+            part_m = max(below_m - until_m, 0.0)
+            seconds += part_m / speed_m_s
+            below_m -= part_m
+        return Flown(Phases(descent=seconds), Phases(descent=self._hover_wh(seconds)))
+
+    def come_home(self, distance_m: float, height_m: float) -> Flown:
+        """Return a return to launch from a place at a height until the motors stop; its pauses are hover."""
+        law = self.law
+        return_height_m = max(height_m, law.return_height_m)
+        (seconds,), (energy_wh,) = self.legs([[distance_m, 0.0]], law.return_m_s)
+        return (
+            self.climb(return_height_m - height_m)
+            + Flown(Phases(cruise=float(seconds)), Phases(cruise=float(energy_wh)))
+            + self.hover(law.return_wait_s)
+            + self.land(return_height_m)
+        )
+
+    def change_height(self, by_m: float, level: Flown) -> Flown:
+        """Return a level leg flown together with a change of height: what takes longer says how long."""
+        if by_m == 0:
+            return level
+        if by_m > 0:
+            upright = self.climb(by_m)
+        else:
+            seconds = -by_m / self.law.descent[0][1]
+            upright = Flown(Phases(descent=seconds), Phases(descent=self._hover_wh(seconds)))
+        cruise_s = level.seconds.cruise
+        left = max(cruise_s - upright.seconds.total, 0.0) / cruise_s if cruise_s else 0.0
+        rest = Flown(Phases(cruise=left * cruise_s), Phases(cruise=left * level.energy_wh.cruise))
+        return upright + rest
+
+    def legs(
+        self, steps_m: ArrayLike, speed_m_s: ArrayLike, through: Bools | None = None
+    ) -> tuple[Floats, Floats]:
+        """Return seconds and watt-hours of L legs in flying order, until the hold at their end begins.
+
+        Parameters
+        ----------
+        steps_m
+            (L, 2) where each leads, metres from its beginning.
+        speed_m_s
+            Asked, for all or (L,); what lies beyond the autopilot's default limit is not flown.
+        through
+            (L,) whether the point at its end is flown through; None: all of them are stops.
+
+        Returns
+        -------
+        ndarray, ndarray
+            (L,) each; a leg of no length takes no time.
+        """
+        steps = np.asarray(steps_m, dtype=np.float64).reshape(-1, 2)
+        speed = np.minimum(
+            np.broadcast_to(np.asarray(speed_m_s, dtype=np.float64), len(steps)),
+            self.rules.default_speed_limit_m_s,
+        )
+        distance = np.hypot(steps[:, 0], steps[:, 1])
+        legs = self.motion(distance, speed)
+        passed = np.zeros(len(steps), dtype=bool) if through is None else through
+        share = spared(legs, steps, speed, passed, self.law)
+        settle = np.where(distance > 0, self.settle_s * (1 - share.settle), 0.0)
+        # Of a ramp that is not flown its way remains, at the peak speed: half its time.
+        flown, kept = 2 - share.first - share.last, (share.first + share.last) / 2
+        seconds = (flown + kept) * legs.ramp_s + legs.plateau_s + settle
+        if self.rotor is None:
+            return seconds, np.full(len(steps), math.nan)
+        power = self.rotor.power_w
+        joule = (
+            flown * legs.ramp_s * legs.ramp_mean(power)
+            + (kept * legs.ramp_s + legs.plateau_s) * power(legs.peak_m_s)
+            + settle * self.rotor.hover_w
+        )
+        return seconds, joule / JOULE_PER_WH
+
+    def motion(self, distance_m: ArrayLike, speed_m_s: ArrayLike) -> Legs:
+        """Return how legs are flown from rest to rest."""
+        if self.acceleration_m_s2 is not None:
+            return rest_to_rest(distance_m, speed_m_s, self.acceleration_m_s2)
+        return rest_to_rest(distance_m, speed_m_s, self.law.acceleration_m_s2, self.law.jerk_m_s3)
+
+    @property
+    def settle_s(self) -> float:
+        """From the end of a leg to the beginning of its hold; nothing where the acceleration is given."""
+        return self.law.settle_s if self.acceleration_m_s2 is None else 0.0
+
+    def _at_once(self, height_m: float, climb_m_s: float) -> Flown:
+        seconds = height_m / climb_m_s
+        watt = math.nan if self.rotor is None else float(self.rotor.climb_power_w(climb_m_s))
+        return Flown(Phases(climb=seconds), Phases(climb=seconds * watt / JOULE_PER_WH))
+
+    def _hover_wh(self, seconds: float) -> float:
+        return math.nan if self.rotor is None else seconds * self.rotor.hover_w / JOULE_PER_WH
