@@ -41,6 +41,7 @@ def test_the_object_has_the_keys_that_scripts_rely_on(planned):
             "mission_s",
             "stops",
             "users",
+            "forecast",
         ),
     }
     assert set(found["stops"][0]) == {"lat_deg", "lon_deg", "alt_rel_m", "hold_s", "users"}
@@ -147,3 +148,90 @@ def test_a_mission_longer_than_the_endurance_is_a_warning(mavplan, gallery, tmp_
     ran = mavplan("plan", "scenario.toml")
     assert ran.code == 0, ran.err
     assert "the battery lasts 1,120 s" in ran.err
+
+
+PHASES = ("climb", "cruise", "hover", "descent")
+
+
+def vehicle_with(tmp_path, gallery, name, lines):
+    """An example with more lines under [vehicle]."""
+    for path in (gallery / name).iterdir():
+        if path.is_file():
+            (tmp_path / path.name).write_bytes(path.read_bytes())
+    scenario = tmp_path / "scenario.toml"
+    scenario.write_text(scenario.read_text().replace("[vehicle]\n", f"[vehicle]\n{lines}\n"))
+    return scenario
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("planner", ["tloaik", "sbw"])
+def test_the_forecast_of_the_items_adds_up_to_that_of_the_mission(
+    mavplan, gallery, tmp_path, autopilot, planner
+):
+    scenario = vehicle_with(tmp_path, gallery, "valley", "mass_kg = 3.5\nbattery_wh = 400.0")
+    ran = mavplan("plan", scenario, "--autopilot", autopilot, "--planner", planner, "--json")
+    assert ran.code == 0, ran.err
+    found = json.loads(ran.out)
+    mission = read_mission(tmp_path / "scenario.plan")
+    forecast, items = found["forecast"], found["forecast"]["items"]
+    assert len(items) == len(mission.items)
+    assert forecast["mission_s"] == pytest.approx(found["mission_s"], abs=0.1)
+    clock = used = 0.0
+    for item in items:
+        clock += sum(item[f"{phase}_s"] for phase in PHASES)
+        used += sum(item[f"{phase}_wh"] for phase in PHASES)
+        assert item["done_s"] == pytest.approx(clock, abs=0.5)
+        assert item["used_wh"] == pytest.approx(used, abs=0.01)
+    for phase in PHASES:
+        assert forecast[f"{phase}_s"] == pytest.approx(sum(item[f"{phase}_s"] for item in items), abs=0.5)
+        assert forecast[f"{phase}_wh"] == pytest.approx(sum(item[f"{phase}_wh"] for item in items), abs=0.01)
+    assert forecast["used_wh"] == pytest.approx(used, abs=0.01)
+    assert forecast["remaining_fraction"] == pytest.approx(1 - used / 400, abs=1e-3)
+    # The hold of a stop begins when it arrives and ends when the stop's last item is done.
+    for number, (stop, arrival_s) in enumerate(zip(found["stops"], forecast["arrivals_s"], strict=True)):
+        own = [item for item in items if item["stop"] == number]
+        assert own[-1]["done_s"] == pytest.approx(arrival_s + stop["hold_s"], abs=0.02)
+        assert sum(item["hover_s"] for item in own) == pytest.approx(stop["hold_s"])
+
+
+def test_without_a_mass_no_energy_is_forecast_and_that_is_said_once(mavplan, gallery, tmp_path):
+    ran = mavplan("plan", gallery / "valley/scenario.toml", "--items")
+    assert ran.code == 0, ran.err
+    assert ran.out.count("–:") == ran.out.count("mass_kg") == 1
+    assert "Wh" not in ran.out
+    forecast = json.loads((tmp_path / "scenario.mavplan.json").read_text())["forecast"]
+    assert forecast["used_wh"] is forecast["remaining_fraction"] is forecast["cruise_wh"] is None
+    assert all(item["used_wh"] is None for item in forecast["items"])
+    assert forecast["cruise_s"] > 0
+
+
+def test_the_table_of_items_shows_each_of_them_within_a_hundred_columns(mavplan, gallery, tmp_path):
+    scenario = vehicle_with(tmp_path, gallery, "valley", "mass_kg = 3.5\nbattery_wh = 400.0")
+    ran = mavplan("plan", scenario, "--items")
+    assert ran.code == 0, ran.err
+    assert "of the battery left" in ran.out
+    document = json.loads((tmp_path / "scenario.mavplan.json").read_text())
+    _, _, table = ran.out.partition("forecast by item")
+    rows = [line for line in table.splitlines() if "NAV_" in line or "DO_" in line]
+    assert len(rows) == len(document["forecast"]["items"])
+    assert max(len(line.rstrip()) for line in table.splitlines()) <= 100
+    for row, item in zip(rows, document["forecast"]["items"], strict=True):
+        assert item["command"] in row
+        minutes, seconds = divmod(round(item["done_s"]), 60)
+        assert f" {minutes}:{seconds:02d} " in f"{row} "
+    first_s = document["forecast"]["arrivals_s"][0]
+    assert f" {round(first_s) // 60}:{round(first_s) % 60:02d} " in ran.out.splitlines()[2]
+
+
+def test_a_mission_that_leaves_less_than_the_reserve_is_a_warning(mavplan, gallery, tmp_path):
+    scenario = vehicle_with(tmp_path, gallery, "valley", "mass_kg = 3.5\nbattery_wh = 150.0")
+    ran = mavplan("plan", scenario)
+    assert ran.code == 0, ran.err
+    used_wh = json.loads((tmp_path / "scenario.mavplan.json").read_text())["forecast"]["used_wh"]
+    assert f"the mission takes {used_wh:.1f} Wh, the battery gives 120.0 Wh" in ran.err
+    scenario.write_text(scenario.read_text().replace("battery_wh = 150.0", "battery_wh = 100.0"))
+    assert "more than the battery holds" in mavplan("plan", scenario).out
+    scenario.write_text(
+        scenario.read_text().replace("battery_wh = 100.0", f"battery_wh = {used_wh / 0.79:.3f}")
+    )
+    assert "Wh, the battery gives" not in mavplan("plan", scenario).err

@@ -185,7 +185,7 @@ class TestRecordings:
 
     @pytest.mark.parametrize("name", ["px4_flight.tlog", "px4_flight_full.tlog"])
     def test_px4_flight_item_by_item(self, name: str) -> None:
-        """Take-off, a waypoint flown through, three legs (the last at 8 m/s), the return: within 5 %, all within 2 %."""
+        """Take-off, a waypoint flown through, three legs (the last at 8 m/s), return: within 5 %, all within 2 %."""
         mission, reached, texts = first_reached(name)
         start = texts["Executing Mission"]
         found = forecast_mission(mission, rules=PX4)

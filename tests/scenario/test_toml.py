@@ -193,17 +193,22 @@ def test_the_users_file_must_be_named_and_there(desk, line, words):
 
 def test_what_is_set_aside_for_later_is_a_warning_each_time(desk):
     """Whoever draws a no-fly zone must not believe that it holds."""
-    scenario = desk.load(
-        toml="[[no_fly]]\nx=1\n[terrain]\n[wind]\nspeed_m_s=3\n[vehicle]\nbattery_wh = 99\nmass_kg = 2\n"
-    )
+    scenario = desk.load(toml="[[no_fly]]\nx=1\n[terrain]\n[wind]\nspeed_m_s=3\n")
     assert [problem.where.rpartition(", ")[2] for problem in scenario.warnings] == [
-        "[vehicle] battery_wh",
-        "[vehicle] mass_kg",
         "[no_fly]",
         "[terrain]",
         "[wind]",
     ]
     assert all(problem.severity == "warning" for problem in scenario.warnings)
+
+
+def test_a_battery_needs_a_mass_and_a_mass_no_battery(desk):
+    """Of a battery alone nobody could say what is left in it."""
+    code, text = desk.only_problem(OK, "[vehicle]\nbattery_wh = 99.0\n")
+    assert code == "missing-key"
+    assert "[vehicle] mass_kg: is missing; battery_wh needs the take-off mass (kg)" in text
+    assert desk.load(OK, "[vehicle]\nbattery_wh = 99.0\nmass_kg = 2.0\n").warnings == ()
+    assert desk.load(OK, "[vehicle]\nmass_kg = 2.0\n").warnings == ()
 
 
 def test_an_altitude_without_coverage_names_the_one_below_which_there_is_some(desk):
