@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import re
 
 import pytest
 from pyproj import Geod
@@ -153,13 +154,14 @@ def test_a_mission_longer_than_the_endurance_is_a_warning(mavplan, gallery, tmp_
 PHASES = ("climb", "cruise", "hover", "descent")
 
 
-def vehicle_with(tmp_path, gallery, name, lines):
-    """An example with more lines under [vehicle]."""
-    for path in (gallery / name).iterdir():
-        if path.is_file():
-            (tmp_path / path.name).write_bytes(path.read_bytes())
+def valley_with(tmp_path, gallery, *vehicle):
+    """The valley with these lines for its mass and battery."""
+    for name in ("scenario.toml", "users.csv"):
+        (tmp_path / name).write_bytes((gallery / "valley" / name).read_bytes())
     scenario = tmp_path / "scenario.toml"
-    scenario.write_text(scenario.read_text().replace("[vehicle]\n", f"[vehicle]\n{lines}\n"))
+    lines = [line for line in scenario.read_text().splitlines() if not re.match("mass_kg|battery_wh", line)]
+    at = lines.index("[vehicle]") + 1
+    scenario.write_text("\n".join([*lines[:at], *vehicle, *lines[at:]]))
     return scenario
 
 
@@ -168,7 +170,7 @@ def vehicle_with(tmp_path, gallery, name, lines):
 def test_the_forecast_of_the_items_adds_up_to_that_of_the_mission(
     mavplan, gallery, tmp_path, autopilot, planner
 ):
-    scenario = vehicle_with(tmp_path, gallery, "valley", "mass_kg = 3.5\nbattery_wh = 400.0")
+    scenario = valley_with(tmp_path, gallery, "mass_kg = 3.5", "battery_wh = 400.0")
     ran = mavplan("plan", scenario, "--autopilot", autopilot, "--planner", planner, "--json")
     assert ran.code == 0, ran.err
     found = json.loads(ran.out)
@@ -195,7 +197,7 @@ def test_the_forecast_of_the_items_adds_up_to_that_of_the_mission(
 
 
 def test_without_a_mass_no_energy_is_forecast_and_that_is_said_once(mavplan, gallery, tmp_path):
-    ran = mavplan("plan", gallery / "valley/scenario.toml", "--items")
+    ran = mavplan("plan", valley_with(tmp_path, gallery), "--items")
     assert ran.code == 0, ran.err
     assert ran.out.count("–:") == ran.out.count("mass_kg") == 1
     assert "Wh" not in ran.out
@@ -206,7 +208,7 @@ def test_without_a_mass_no_energy_is_forecast_and_that_is_said_once(mavplan, gal
 
 
 def test_the_table_of_items_shows_each_of_them_within_a_hundred_columns(mavplan, gallery, tmp_path):
-    scenario = vehicle_with(tmp_path, gallery, "valley", "mass_kg = 3.5\nbattery_wh = 400.0")
+    scenario = valley_with(tmp_path, gallery, "mass_kg = 3.5", "battery_wh = 400.0")
     ran = mavplan("plan", scenario, "--items")
     assert ran.code == 0, ran.err
     assert "of the battery left" in ran.out
@@ -224,7 +226,7 @@ def test_the_table_of_items_shows_each_of_them_within_a_hundred_columns(mavplan,
 
 
 def test_a_mission_that_leaves_less_than_the_reserve_is_a_warning(mavplan, gallery, tmp_path):
-    scenario = vehicle_with(tmp_path, gallery, "valley", "mass_kg = 3.5\nbattery_wh = 150.0")
+    scenario = valley_with(tmp_path, gallery, "mass_kg = 3.5", "battery_wh = 150.0")
     ran = mavplan("plan", scenario)
     assert ran.code == 0, ran.err
     used_wh = json.loads((tmp_path / "scenario.mavplan.json").read_text())["forecast"]["used_wh"]
