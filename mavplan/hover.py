@@ -1,8 +1,8 @@
 """Hover times: how long the vehicle holds at each stop so that every user receives what it needs.
 
 Broadcast: everyone in reach receives at its own rate at the same time, a linear programme. TDMA: one user at a time,
-where its rate is highest. A user served through D2D puts its demand on its mate. Pure; what an autopilot can store
-comes from its table.
+where its rate is highest. A user served through D2D puts its demand on its mate. Where the scenario counts in-flight
+service, the vehicle holds for what is then still needed. Pure; what an autopilot can store comes from its table.
 """
 
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mavplan.errors import InputError, Problem
+from mavplan.inflight import counts_in_flight, received_in_flight
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import Channel
@@ -52,11 +53,14 @@ class Holds:
         (M,) what the autopilot is given: whole steps of its clock, at least its least hold.
     schedule
         TDMA: who is served when; empty for broadcast.
+    in_flight_bit
+        (N,) what each user receives on the legs; None where that is not counted.
     """
 
     asked_s: Floats
     stored_s: Floats
     schedule: tuple[Slot, ...] = ()
+    in_flight_bit: Floats | None = None
 
     @property
     def hover_s(self) -> float:
@@ -82,9 +86,17 @@ def hold_times(scenario: Scenario, trajectory: Trajectory, rules: AutopilotRules
     if scenario.service.mode == "tdma":
         holds = _tdma(scenario, trajectory, demand_bit, channel, rules)
     else:
+        in_flight_bit = None
+        if counts_in_flight(scenario):
+            in_flight_bit = received_in_flight(
+                scenario.users.xy_m, trajectory, channel, scenario.vehicle, rules
+            )
+            left_bit = demand_bit - in_flight_bit
+            demand_bit = np.where(left_bit < DEMAND_TOLERANCE_BIT, 0.0, left_bit)
         rates = broadcast_rates(scenario.users, trajectory.stops_m, channel)
         asked_s = least_broadcast_holds(rates, demand_bit)
-        holds = Holds(asked_s, _stored_broadcast_holds(asked_s, rates, demand_bit, rules))
+        stored_s = _stored_broadcast_holds(asked_s, rates, demand_bit, rules)
+        holds = Holds(asked_s, stored_s, in_flight_bit=in_flight_bit)
     too_long = np.flatnonzero(holds.stored_s > rules.max_hold_s)
     if len(too_long):
         raise InputError(

@@ -58,8 +58,8 @@ def _stops(plan: Plan) -> list[dict[str, Any]]:
 def _users(plan: Plan) -> list[dict[str, Any]]:
     """Return the users in the order of their file."""
     users, assignment = plan.scenario.users, plan.trajectory.assignment
-    bandwidth_hz = plan.scenario.radio.bandwidth_hz
-    return [
+    bandwidth_hz, in_flight_bit = plan.scenario.radio.bandwidth_hz, plan.holds.in_flight_bit
+    found: list[dict[str, Any]] = [
         {
             "name": name,
             "lat_deg": float(users.lat_deg[n]),
@@ -72,6 +72,10 @@ def _users(plan: Plan) -> list[dict[str, Any]]:
         }
         for n, name in enumerate(users.names)
     ]
+    if in_flight_bit is not None:
+        for user, bits in zip(found, in_flight_bit.tolist(), strict=True):
+            user["in_flight_mbit"] = round(bits / 1e6, 6)
+    return found
 
 
 def document(plan: Plan) -> dict[str, Any]:

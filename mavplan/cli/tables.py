@@ -7,6 +7,7 @@ import click
 import numpy as np
 
 from mavplan.cli.console import clock, counted, printable, stdout
+from mavplan.hover import demand_on_air
 from mavplan.mission.phases import Phases
 from mavplan.mission.sendable import command_name
 from mavplan.plan import Plan
@@ -62,7 +63,7 @@ def totals(plan: Plan) -> list[str]:
     clusters = f", {counted(trajectory.clusters, 'cluster')}" if trajectory.clusters else ""
     index = "" if plan.joint_index is None else f", index ρe {plan.joint_index:.2f} (benchmark SBW = 1)"
     served = f"{counted(count, 'user')} served by {counted(len(trajectory.stop_at), 'stop')}{clusters}"
-    return [
+    lines = [
         f"{served}: {count - relayed} from the air, {relayed} by D2D; "
         f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home",
         f"path {trajectory.length_m:,.0f} m, sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
@@ -70,6 +71,13 @@ def totals(plan: Plan) -> list[str]:
         f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}",
         _energy(plan),
     ]
+    if plan.holds.in_flight_bit is not None:
+        demand_bit = demand_on_air(plan.scenario.users, trajectory)
+        useful_bit = np.minimum(plan.holds.in_flight_bit, demand_bit).sum()
+        lines.append(
+            f"in flight: {useful_bit / 1e6:,.0f} of {demand_bit.sum() / 1e6:,.0f} Mbit are received on the way"
+        )
+    return lines
 
 
 def print_items(plan: Plan) -> None:

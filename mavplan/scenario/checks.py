@@ -10,7 +10,7 @@ from mavplan.geo import geodesic_distance_m
 from mavplan.radio import coverage_radius_m, highest_altitude_m
 from mavplan.scenario.model import UNPAIRED
 from mavplan.scenario.report import Report, figure, listed, nearest, shown
-from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Vehicle
+from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service, Vehicle
 from mavplan.scenario.users import FileUsers
 
 MAX_DISTANCE_M = 100_000.0
@@ -51,6 +51,13 @@ def check_planner(options: PlannerOptions, label: str, report: Report) -> None:
     hint = f"; nearest is {like}" if like else ""
     message = f"found {shown(options.name)}; allowed is one of {listed(PLANNERS)}{hint}"
     report.error(f"{label}, [planner] name", message, "unknown-planner")
+
+
+def check_service(service: Service, label: str, report: Report) -> None:
+    """Note in-flight service asked for where users are served one at a time."""
+    if service.mode == "tdma" and service.in_flight:
+        message = 'found true with mode = "tdma"; in flight only a broadcast is counted: false, or mode = "broadcast"'
+        report.error(f"{label}, [service] in_flight", message, "no-in-flight")
 
 
 def check_distances(users: FileUsers, home: Home, reach: "Reach | None", report: Report) -> None:

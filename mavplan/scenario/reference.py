@@ -161,7 +161,7 @@ def _describe(hint: Any) -> tuple[str, _Limits]:
     return _NOUNS[hint], _NO_LIMITS
 
 
-_NOUNS = {float: "a number", int: "a whole number", str: "text"}
+_NOUNS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
 
 
 def _limits(extras: list[Any]) -> _Limits:

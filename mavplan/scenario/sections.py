@@ -98,9 +98,13 @@ class Vehicle:
 
 @dataclass(frozen=True, config=_CHECKED)
 class Service:
-    """How users are served: all in reach at once (broadcast) or one at a time (tdma)."""
+    """How users are served: all in reach at once (broadcast) or one at a time (tdma).
+
+    ``in_flight`` None leaves it to the planner whether holds count what users receive in flight.
+    """
 
     mode: Literal["broadcast", "tdma"] = "broadcast"
+    in_flight: bool | None = None
     demand_mbit: DemandMbit = 10.0
     """Demand of each user whose file brings none."""
 

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mavplan.scenario.checks import check_altitude, check_battery, check_distances, check_planner, reach_of
+from mavplan.scenario.checks import (
+    check_altitude,
+    check_battery,
+    check_distances,
+    check_planner,
+    check_service,
+    reach_of,
+)
 from mavplan.scenario.fence_checks import check_fence_places, check_heights
 from mavplan.scenario.files import read_text
 from mavplan.scenario.lists import ListedThings, read_lists
@@ -73,6 +80,7 @@ def load_scenario(path: Path | str) -> Scenario:
             pairs_needed=None if matching is None else matching == "given",
         )
     check_planner(sections.planner, str(path), report)
+    check_service(sections.service, str(path), report)
     if sections.sound("radio", "vehicle"):
         check_altitude(sections.radio, sections.vehicle, str(path), report)
     if sections.sound("vehicle"):
