@@ -152,10 +152,10 @@ def test_a_speed_beyond_the_autopilots_limit_is_counted_as_planned():
 def test_a_point_that_is_only_turned_at_is_passed_at_full_speed_and_its_corner_cut():
     through = bits(PATH, USERS, stops=[2], acceleration_m_s2=1.0)
     at_once = bits(PATH, USERS, acceleration_m_s2=0.0)
-    assert (through <= at_once).all()
+    assert (through <= at_once + 1.0).all()
     best_bit_s = 1e6 * np.log2(1 + Channel(Radio(), 100.0, D2D()).gamma0 / 100.0**2)
     assert (at_once - through <= best_bit_s * 4.0 / 10.0).all()  # two metres of either leg at 10 m/s
-    assert (through[:4] < at_once[:4]).any()
+    assert (through[:4] < at_once[:4] - 1e5).any()
 
 
 @settings(max_examples=40)
