@@ -14,7 +14,7 @@ from mavplan.errors import InputError, Problem
 from mavplan.inflight import counts_in_flight, received_in_flight
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.planners.trajectory import Trajectory
-from mavplan.radio import Channel
+from mavplan.radio import Channel, planning_channel
 from mavplan.scenario.model import Floats, Scenario, Users
 
 WORTHWHILE = 0.02
@@ -81,7 +81,7 @@ def hold_times(scenario: Scenario, trajectory: Trajectory, rules: AutopilotRules
     InputError
         A hold is longer than the autopilot can store.
     """
-    channel = Channel(scenario.radio, scenario.vehicle.altitude_m, scenario.d2d)
+    channel = planning_channel(scenario)
     demand_bit = demand_on_air(scenario.users, trajectory)
     if scenario.service.mode == "tdma":
         holds = _tdma(scenario, trajectory, demand_bit, channel, rules)

@@ -21,7 +21,7 @@ from mavplan.planners import plan_trajectory
 from mavplan.planners.index import joint_index
 from mavplan.planners.sbw import sbw
 from mavplan.planners.trajectory import Trajectory
-from mavplan.radio import Channel
+from mavplan.radio import planning_channel
 from mavplan.scenario.fence_checks import height_faults
 from mavplan.scenario.model import Scenario
 
@@ -130,7 +130,7 @@ def make_plan(
         acceleration_m_s2=vehicle.acceleration_m_s2,
         rotor=None if vehicle.mass_kg is None else rotor_of(vehicle.mass_kg),
     )
-    benchmark = sbw(scenario.users, Channel(scenario.radio, vehicle.altitude_m, scenario.d2d))
+    benchmark = sbw(scenario.users, planning_channel(scenario))
     return Plan(scenario, rules, trajectory, holds, built, expected, joint_index(trajectory, benchmark))
 
 

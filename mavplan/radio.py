@@ -7,11 +7,16 @@ on K-means", EURASIP J. Wireless Com. Network. 2021:107, doi 10.1186/s13638-021-
 """
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mavplan.scenario.sections import D2D, Radio
+from mavplan.mission.autopilots import AUTOPILOTS
+from mavplan.scenario.sections import D2D, Radio, Vehicle
+
+if TYPE_CHECKING:
+    from mavplan.scenario.model import Scenario
 
 Floats = NDArray[np.float64]
 
@@ -32,13 +37,13 @@ def reference_snr(radio: Radio | D2D, noise_dbm: float) -> float:
     return db_to_ratio(radio.tx_power_dbm + radio.ref_gain_db - noise_dbm)
 
 
-def coverage_radius_m(radio: Radio, altitude_m: float) -> float:
+def coverage_radius_m(radio: Radio, altitude_m: float, position_error_m: float = 0.0) -> float:
     """Return R, the ground distance at which the SNR falls to the threshold; 0 where nobody is reached.
 
-    Equation (4): R = sqrt((γ0/γ_th)^(2/α) − H²).
+    Equation (4): R = sqrt((γ0/γ_th)^(2/α) − H²), the slant distance less what the vehicle may be off its place.
     """
-    slant_m = highest_altitude_m(radio)
-    return math.sqrt(max(slant_m**2 - altitude_m**2, 0.0))
+    slant_m = highest_altitude_m(radio) - position_error_m
+    return math.sqrt(max(slant_m**2 - altitude_m**2, 0.0)) if slant_m > 0 else 0.0
 
 
 def highest_altitude_m(radio: Radio) -> float:
@@ -63,6 +68,9 @@ class Channel:
         Height H of the vehicle above the plane of the users.
     d2d
         The links between users; their noise and bandwidth are the radio's.
+    position_error_m
+        How far off its place, in any direction, the vehicle may be: reach and rates are those from the worst place in
+        that ball, so that what is planned is kept wherever in it the vehicle hovers. The paper has none.
 
     Attributes
     ----------
@@ -72,12 +80,13 @@ class Channel:
         Coverage radius R.
     """
 
-    def __init__(self, radio: Radio, altitude_m: float, d2d: D2D) -> None:
+    def __init__(self, radio: Radio, altitude_m: float, d2d: D2D, position_error_m: float = 0.0) -> None:
         self.radio = radio
         self.d2d = d2d
         self.altitude_m = altitude_m
         self.gamma0 = reference_snr(radio, radio.noise_dbm)
-        self.radius_m = coverage_radius_m(radio, altitude_m)
+        self.position_error_m = position_error_m
+        self.radius_m = coverage_radius_m(radio, altitude_m, position_error_m)
         self._d2d_gamma0 = reference_snr(d2d, radio.noise_dbm)
 
     def reaches(self, ground_distance_m: Floats) -> NDArray[np.bool_]:
@@ -86,9 +95,8 @@ class Channel:
 
     def air_rate(self, ground_distance_m: Floats) -> Floats:
         """Return log2(1+γ) in bit/s/Hz at these ground distances, also beyond R."""
-        return spectral_rate(
-            self.altitude_m**2 + ground_distance_m**2, self.gamma0, self.radio.path_loss_exponent
-        )
+        slant_m = np.hypot(self.altitude_m, ground_distance_m) + self.position_error_m
+        return spectral_rate(slant_m**2, self.gamma0, self.radio.path_loss_exponent)
 
     def d2d_rate(self, distance_m: Floats) -> Floats:
         """Return log2(1+γ) in bit/s/Hz between users this far apart; infinite for an ideal link."""
@@ -96,3 +104,16 @@ class Channel:
             return np.full(np.shape(distance_m), np.inf)
         squared = np.maximum(distance_m, D2D_MIN_DISTANCE_M) ** 2
         return spectral_rate(squared, self._d2d_gamma0, self.d2d.path_loss_exponent)
+
+
+def position_error_of(vehicle: Vehicle) -> float:
+    """Return how far off its place a vehicle may be: by the scenario, else as its autopilot was measured."""
+    if vehicle.position_error_m is not None:
+        return vehicle.position_error_m
+    return AUTOPILOTS[vehicle.autopilot].hover_error_m
+
+
+def planning_channel(scenario: "Scenario") -> Channel:
+    """Return the channel that a scenario is planned with: what is reached in it is reached by a vehicle that drifts."""
+    vehicle = scenario.vehicle
+    return Channel(scenario.radio, vehicle.altitude_m, scenario.d2d, position_error_of(vehicle))

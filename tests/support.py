@@ -27,12 +27,12 @@ def make_users(xy_m, *, pairs=(), demand_mbit=10.0):
 def make_scenario(
     xy_m, *, pairs=(), demand_mbit=10.0, clusters=1, seed=0, mode="broadcast", planner="tloaik", **vehicle
 ):
-    """A scenario with the default radio (R 400 m) round these users."""
+    """A scenario with the default radio (R 400 m) round these users; the vehicle hovers where it should."""
     return Scenario(
         home=HOME,
         users=make_users(xy_m, pairs=pairs, demand_mbit=demand_mbit),
         d2d=D2D(matching="given", link="ideal"),
-        vehicle=Vehicle(**vehicle),
+        vehicle=Vehicle(**{"position_error_m": 0.0, **vehicle}),
         service=Service(mode=mode),
         planner=PlannerOptions(name=planner, clusters=clusters, seed=seed),
     )

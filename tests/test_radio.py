@@ -1,12 +1,15 @@
 """The channel: equations (1) to (4) by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavplan.radio import Channel, coverage_radius_m, highest_altitude_m, reference_snr
-from mavplan.scenario import D2D, Radio
+from mavplan.radio import Channel, coverage_radius_m, highest_altitude_m, planning_channel, reference_snr
+from mavplan.scenario import D2D, Radio, Vehicle
+from tests.support import make_scenario
 
 
 def test_the_default_radio_covers_400_m_from_100_m():
@@ -45,6 +48,38 @@ def test_the_rate_is_shannons_at_the_slant_distance():
     channel = Channel(Radio(noise_dbm=-100.0), 30.0, D2D())
     # 40 m away and 30 m up is 50 m; 1e5 / 50² = 40.
     assert channel.air_rate(np.array([40.0]))[0] == pytest.approx(np.log2(41.0))
+
+
+@given(
+    distance_m=st.floats(0, 600),
+    error_m=st.floats(0, 5),
+    bearing_deg=st.floats(0, 360),
+    up_deg=st.floats(-90, 90),
+    part=st.floats(0, 1),
+)
+def test_wherever_the_vehicle_drifts_the_user_gets_what_is_planned(
+    distance_m, error_m, bearing_deg, up_deg, part
+):
+    planned, real = Channel(Radio(), 100.0, D2D(), error_m), Channel(Radio(), 100.0, D2D())
+    off_m = part * error_m
+    level_m, up_m = off_m * np.cos(np.radians(up_deg)), off_m * np.sin(np.radians(up_deg))
+    east_m = distance_m - level_m * np.cos(np.radians(bearing_deg))
+    north_m = level_m * np.sin(np.radians(bearing_deg))
+    slant_m = np.sqrt(east_m**2 + north_m**2 + (100.0 + up_m) ** 2)
+    if planned.reaches(np.array([distance_m]))[0]:
+        assert slant_m <= highest_altitude_m(Radio()) + 1e-5
+    rate = np.log2(1 + real.gamma0 / slant_m**2)
+    assert planned.air_rate(np.array([distance_m]))[0] <= rate * (1 + 1e-12)
+
+
+def test_an_autopilots_drift_is_planned_for_unless_the_scenario_says_how_much():
+    def radius_m(**vehicle):
+        return planning_channel(replace(make_scenario([[0, 0]]), vehicle=Vehicle(**vehicle))).radius_m
+
+    assert radius_m(position_error_m=0.0) == pytest.approx(400.0, abs=0.01)
+    assert radius_m() == pytest.approx(398.97, abs=0.01)  # (412.31 - 1)² - 100²
+    assert radius_m(autopilot="px4") == pytest.approx(396.91, abs=0.01)
+    assert coverage_radius_m(Radio(), 1.0, 1000.0) == 0.0
 
 
 def test_phones_on_the_same_spot_hear_each_other_as_at_one_metre():

@@ -12,6 +12,7 @@ from mavplan.mission.phases import Phases
 from mavplan.mission.sendable import command_name
 from mavplan.plan import Plan
 from mavplan.plan_forecast import stop_of_item
+from mavplan.radio import position_error_of
 
 MOST_NAMES = 8
 """Names of users in one cell; the rest is counted."""
@@ -65,7 +66,8 @@ def totals(plan: Plan) -> list[str]:
     served = f"{counted(count, 'user')} served by {counted(len(trajectory.stop_at), 'stop')}{clusters}"
     lines = [
         f"{served}: {count - relayed} from the air, {relayed} by D2D; "
-        f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home",
+        f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home"
+        f"{_kept(position_error_of(vehicle))}",
         f"path {trajectory.length_m:,.0f} m, sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
         f"hover {clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
         f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}",
@@ -125,6 +127,11 @@ def _energy(plan: Plan) -> str:
         return f"energy {energy.total:,.1f} Wh ({parts})"
     battery = f"{left:.0%} of the battery left" if left >= 0 else "more than the battery holds"
     return f"energy {energy.total:,.1f} Wh ({parts}), {battery}"
+
+
+def _kept(error_m: float) -> str:
+    """Return the clause on what is kept for drift."""
+    return f", {error_m:g} m of drift allowed for" if error_m else ""
 
 
 def _names(names: Sequence[str]) -> str:

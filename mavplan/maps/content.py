@@ -158,6 +158,6 @@ def _users(plan: "StoredPlan") -> Iterator[MappedUser]:
 
 
 def _radius_m(plan: "StoredPlan") -> float:
-    from mavplan.radio import coverage_radius_m
+    from mavplan.radio import planning_channel
 
-    return float(coverage_radius_m(plan.scenario.radio, plan.scenario.vehicle.altitude_m))
+    return planning_channel(plan.scenario).radius_m

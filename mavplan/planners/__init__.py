@@ -20,7 +20,7 @@ from mavplan.planners.setting import Setting
 from mavplan.planners.stoaik import stoaik
 from mavplan.planners.tloaik import tloaik
 from mavplan.planners.trajectory import Trajectory
-from mavplan.radio import Channel, highest_altitude_m
+from mavplan.radio import Channel, highest_altitude_m, planning_channel
 from mavplan.scenario.model import Scenario, Users
 
 Plan = Callable[[Users, Channel, Setting], Trajectory]
@@ -92,9 +92,9 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
     """
     options, users = scenario.planner, scenario.users
     planner = find_planner(options.name)
-    channel = Channel(scenario.radio, scenario.vehicle.altitude_m, scenario.d2d)
+    channel = planning_channel(scenario)
     if channel.radius_m <= 0.0:
-        limit_m = highest_altitude_m(scenario.radio)
+        limit_m = highest_altitude_m(scenario.radio) - channel.position_error_m
         message = f"nobody on the ground can be reached from {channel.altitude_m:g} m, only from below {limit_m:.4g} m"
         raise InputError([Problem("[vehicle] altitude_m", message, "no-coverage")])
 

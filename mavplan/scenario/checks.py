@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavplan.geo import geodesic_distance_m
-from mavplan.radio import coverage_radius_m, highest_altitude_m
+from mavplan.radio import coverage_radius_m, highest_altitude_m, position_error_of
 from mavplan.scenario.model import UNPAIRED
 from mavplan.scenario.report import Report, figure, listed, nearest, shown
 from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service, Vehicle
@@ -19,9 +19,10 @@ MAX_DISTANCE_M = 100_000.0
 
 def check_altitude(radio: Radio, vehicle: Vehicle, label: str, report: Report) -> None:
     """Note an altitude from which nobody on the ground is reached, and the altitude at which that ends."""
-    if coverage_radius_m(radio, vehicle.altitude_m) > 0:
+    error_m = position_error_of(vehicle)
+    if coverage_radius_m(radio, vehicle.altitude_m, error_m) > 0:
         return
-    limit_m = highest_altitude_m(radio)
+    limit_m = max(highest_altitude_m(radio) - error_m, 0.0)
     below = f"{math.floor(limit_m * 10) / 10:,.1f}" if limit_m >= 1 else f"{limit_m:.2g}"
     message = (
         f"found {figure(vehicle.altitude_m)}; with this [radio] nobody on the ground reaches snr_threshold_db = "
@@ -101,7 +102,7 @@ def reach_of(vehicle: Vehicle, radio: Radio, d2d: D2D) -> Reach | None:
     usable_s = vehicle.endurance_s * (1.0 - vehicle.reserve_fraction)
     returns = vehicle.end == "rtl"
     flown_m = usable_s * vehicle.speed_m_s / (2.0 if returns else 1.0)
-    radius_m = coverage_radius_m(radio, vehicle.altitude_m)
+    radius_m = coverage_radius_m(radio, vehicle.altitude_m, position_error_of(vehicle))
     relayed_m = d2d.range_m if d2d.matching == "auto" else 0.0
     total_m = flown_m + radius_m + relayed_m
     reason = (

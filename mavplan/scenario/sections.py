@@ -81,7 +81,8 @@ class D2D:
 class Vehicle:
     """The multirotor; altitude above home.
 
-    ``acceleration_m_s2`` None is the autopilot's measured law, 0 reaches speed at once. ``endurance_s`` None
+    ``acceleration_m_s2`` None is the autopilot's measured law, 0 reaches speed at once. ``position_error_m`` None is
+    what the autopilot was measured to be off its place. ``endurance_s`` None
     assumes nothing. Without a mass no energy is forecast; a battery needs one.
     """
 
@@ -89,6 +90,7 @@ class Vehicle:
     altitude_m: Annotated[float, Field(gt=0, le=10000)] = 100.0
     speed_m_s: Annotated[float, Field(gt=0, le=50)] = 10.0
     acceleration_m_s2: Annotated[float, Field(ge=0, le=50)] | None = None
+    position_error_m: Annotated[float, Field(ge=0, le=100)] | None = None
     end: Literal["rtl", "land", "stay"] = "rtl"
     endurance_s: Positive | None = None
     reserve_fraction: Annotated[float, Field(ge=0, lt=1)] = 0.2

@@ -212,12 +212,14 @@ def test_a_battery_needs_a_mass_and_a_mass_no_battery(desk):
 
 
 def test_an_altitude_without_coverage_names_the_one_below_which_there_is_some(desk):
-    """(γ0/γ_th)^(1/α) by hand: 20 − 70 + 105.3045 − 3 = 52.3045 dB, 10^(5.23045/2) = 412.3 m."""
-    code, text = desk.only_problem(OK, "[vehicle]\naltitude_m = 412.4\n")
+    """(γ0/γ_th)^(1/α) by hand: 20 − 70 + 105.3045 − 3 = 52.3045 dB, 10^(5.23045/2) = 412.3 m, less 1 m of drift."""
+    code, text = desk.only_problem(OK, "[vehicle]\naltitude_m = 411.4\n")
     assert code == "no-coverage"
-    assert "[vehicle] altitude_m: found 412.4" in text
-    assert "positive only below 412.3 m" in text
-    assert desk.load(OK, "[vehicle]\naltitude_m = 412.2\n").vehicle.altitude_m == 412.2
+    assert "[vehicle] altitude_m: found 411.4" in text
+    assert "positive only below 411.3 m" in text
+    assert desk.load(OK, "[vehicle]\naltitude_m = 411.2\n").vehicle.altitude_m == 411.2
+    exact = "[vehicle]\naltitude_m = 412.2\nposition_error_m = 0\n"
+    assert desk.load(OK, exact).vehicle.altitude_m == 412.2
 
 
 def test_users_beyond_100_km_are_refused_with_their_distance(desk):
@@ -250,7 +252,7 @@ def test_endurance_limits_how_far_users_can_be(desk, vehicle, farthest_m):
     users = "name,lat_deg,lon_deg\n" + "".join(
         f"{name},{46.5 + d:.6f},7.5\n" for name, d in zip(("Near", "Far"), north_deg, strict=True)
     )
-    code, text = desk.only_problem(users, f"[vehicle]\n{vehicle}\n")
+    code, text = desk.only_problem(users, f"[vehicle]\nposition_error_m = 0\n{vehicle}\n")
     assert code == "beyond-endurance"
     assert text.startswith("users.csv, line 3: Far is ")
     assert f"{farthest_m:,} m in all" in text

@@ -55,7 +55,7 @@ def test_a_row_is_what_planning_a_scenario_of_these_users_gives(planner):
                 users=draw_case(CASE),
                 radio=Radio(),
                 d2d=IDEAL_LINK,
-                vehicle=Vehicle(),
+                vehicle=Vehicle(position_error_m=0.0),
                 planner=PlannerOptions(name=name, clusters=CASE.clusters, seed=CASE.seed),
             )
         )
