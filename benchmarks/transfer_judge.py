@@ -24,6 +24,8 @@ UNASKED_S = 0.25
 ROUNDING_S = 1e-6
 LANDING_S = 20.0
 """After this long nothing of the transfer is in the air any more."""
+TOO_LOW = "the take-off is too low"
+"""The reason of every infeasible mission of the campaign."""
 OUTCOMES: tuple[tuple[type[MavplanError], str], ...] = (
     (RefusedError, "refused"),
     (UncertainError, "uncertain"),
@@ -74,6 +76,8 @@ def judge(ended: Transfer) -> Result:
         wrong.append("the campaign made a mission that cannot be sent")
     if took_s > ended.case.deadline_s + 1e-3:
         wrong.append(f"outlived its deadline: {took_s:.3f} s")
+    if "not flyable: " in str(error) and TOO_LOW not in str(error):
+        wrong.append("a reason is told that is none of this mission's")
     wrong += _untrue(outcome, ended)
     wrong += flooding(ended.run.sent, ended.requests)
     return Result(ended.case, outcome, took_s, str(error or ""), tuple(wrong))

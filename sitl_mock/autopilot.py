@@ -12,10 +12,11 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl_mock import commands
 from sitl_mock.ardupilot_missions import ArduPilotMissions
+from sitl_mock.events import EventBuffer
 from sitl_mock.firmware import Firmware
 from sitl_mock.items import MissionType, StoredItem, VehicleKilledError
 from sitl_mock.mission_wire import item_of, message_of
-from sitl_mock.missions import SEVERITY_INFO, MissionKeeper, Partner, Reply, Text
+from sitl_mock.missions import SEVERITY_INFO, Event, MissionKeeper, Partner, Reply, Text
 from sitl_mock.parameters import Parameters
 from sitl_mock.px4_missions import Px4Missions
 from sitl_mock.telemetry import DATA_STREAMS, Schedule, Telemetry
@@ -90,6 +91,7 @@ class Autopilot:
         keeper = ArduPilotMissions if firmware.name == "ardupilot" else Px4Missions
         self._missions: MissionKeeper = keeper(firmware, self.vehicle, room)
         self._parameters = Parameters(firmware)
+        self._events = EventBuffer()
         self._telemetry = Telemetry(firmware, self.vehicle, system_id)
         streams = {
             name: period
@@ -176,6 +178,7 @@ class Autopilot:
     def reboot(self, now: float) -> None:
         """Lose everything but the stored lists and home, say nothing for a second, then boot."""
         self._missions.reboot()
+        self._events = EventBuffer()
         self.vehicle.armed = self.vehicle.mission_running = self.vehicle.in_mission_mode = False
         self.vehicle.base_mode, self.vehicle.custom_mode = self.firmware.base_mode, self.firmware.custom_mode
         self.vehicle.ready = False
@@ -264,7 +267,14 @@ class Autopilot:
     def _other(self, sender: Partner, name: str, message: Message, now: float) -> None:
         answers: list[Message] = []
         if name == "HEARTBEAT":
+            greets = now >= self._heard_station.get(sender.link, -math.inf) + GROUND_STATION_MEMORY_S
             self._heard_station[sender.link] = now
+            if greets and self.firmware.sends_events:
+                answers = [self._events.current()]
+        elif name == "REQUEST_EVENT":
+            if self.firmware.sends_events and self._for_me(message, COMPONENTS):
+                asked = (message.first_sequence, message.last_sequence)
+                answers = [*self._events.answer(*asked, sender.system, sender.component)]
         elif name == "TIMESYNC":
             if message.tc1 == 0:
                 answers = [mavlink.MAVLink_timesync_message(int(self._uptime_s(now) * 1e9), message.ts1)]
@@ -311,6 +321,9 @@ class Autopilot:
         return max(0.0, now - (now if self._started is None else self._started))
 
     def _send_telemetry(self, link: Hashable, name: str, now: float) -> None:
+        if name == "CURRENT_EVENT_SEQUENCE":
+            self._outbox.append((link, self._encoder.encode(self._events.current())))
+            return
         known = self._telemetry.message(name, self._uptime_s(now), self._missions.status())
         if known is not None:
             message, extension = known
@@ -331,5 +344,10 @@ class Autopilot:
         for reply in replies:
             if isinstance(reply, Text):
                 self._text(reply, now)
+            elif isinstance(reply, Event):
+                if not self.firmware.sends_events:
+                    continue
+                event = self._events.add(reply.name, reply.levels, reply.arguments, self._uptime_s(now))
+                self._outbox += [(link, self._encoder.encode(event)) for link in self._schedule.links()]
             else:
                 self._outbox.append((reply.to.link, self._encoder.encode(*message_of(reply))))

@@ -4,7 +4,9 @@ Reasons as measured; the vehicle gives them in an EVENT only, except for the fen
 """
 
 import math
+import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from sitl_mock.items import StoredItem
 from sitl_mock.px4_items import FENCE_CIRCLES, FENCE_POLYGONS, GLOBAL_INT, RELATIVE_INT
@@ -18,10 +20,39 @@ LOOKED_AT = frozenset({195})
 EARTH_RADIUS_M = 6_371_000.0
 
 
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why a mission cannot be flown.
+
+    Attributes
+    ----------
+    words
+        As PX4's console says it.
+    event, levels, arguments
+        The EVENT that tells it: name, log levels (internal and external), packed arguments.
+    in_text
+        A STATUSTEXT says it, too.
+    """
+
+    words: str
+    event: str
+    levels: int = 0x63
+    arguments: bytes = b""
+    in_text: bool = False
+
+
 def infeasible_because(
     mission: Sequence[StoredItem], fence: Sequence[StoredItem], home: Home | None
 ) -> str | None:
-    """Return why the mission cannot be flown, or None.
+    """Return the first reason why a mission cannot be flown, in words, or None; as `reasons`."""
+    return next((reason.words for reason in reasons(mission, fence, home)), None)
+
+
+def reasons(mission: Sequence[StoredItem], fence: Sequence[StoredItem], home: Home | None) -> list[Reason]:
+    """Return why a mission cannot be flown; nothing where it can.
+
+    A command that is not flown and a landing first end the look at the items; of all take-offs the first bad one
+    counts. The fence is looked at in any case.
 
     Parameters
     ----------
@@ -30,23 +61,43 @@ def infeasible_because(
     home
         Altitudes above sea level are compared with it; None where there is none yet.
     """
-    place_seen = False
+    found: list[Reason] = []
+    place_seen = takeoff_failed = False
     for number, item in enumerate(mission, start=1):
-        has_place = _is_flown_to(item)
-        if item.command in NOT_FLYABLE:
-            return f"Mission rejected: item {number}: unsupported cmd: {item.command}"
-        if item.command == LAND and number == 1:
-            return "Mission rejected: starts with landing"
-        if item.command == TAKEOFF:
+        if (reason := _unfit(number, item)) is not None:
+            found.append(reason)
+            break
+        if item.command == TAKEOFF and not takeoff_failed:
             home_alt_m = 0.0 if item.frame == RELATIVE_INT or home is None else home.alt_cm / 100
-            if item.z <= home_alt_m:  # NaN passes, as it does on the vehicle
-                return "Mission rejected: Takeoff altitude below home altitude!"
-            if place_seen:
-                return "Mission rejected: takeoff not first waypoint item"
-        place_seen = place_seen or has_place
+            reason = _bad_takeoff(item, home_alt_m, place_seen)
+            if reason is not None:
+                takeoff_failed = True
+                found.append(reason)
+        place_seen = place_seen or _is_flown_to(item)
     for number, item in enumerate(mission, start=1):
         if _is_flown_to(item) and breaks_fence(item.x, item.y, fence):
-            return f"Geofence violation for waypoint {number}"
+            words, arguments = f"Geofence violation for waypoint {number}", struct.pack("<h", number)
+            found.append(Reason(words, "navigator_mis_geofence_violation", arguments=arguments, in_text=True))
+            break
+    return found
+
+
+def _unfit(number: int, item: StoredItem) -> Reason | None:
+    if item.command in NOT_FLYABLE:
+        words = f"Mission rejected: item {number}: unsupported cmd: {item.command}"
+        return Reason(words, "navigator_mis_unsup_cmd", 0x43, struct.pack("<HH", number, item.command))
+    if item.command == LAND and number == 1:
+        return Reason("Mission rejected: starts with landing", "navigator_mis_starts_w_landing")
+    return None
+
+
+def _bad_takeoff(item: StoredItem, home_alt_m: float, place_seen: bool) -> Reason | None:
+    if item.z <= home_alt_m:  # NaN passes, as it does on the vehicle
+        words = "Mission rejected: Takeoff altitude below home altitude!"
+        return Reason(words, "navigator_mis_takeoff_too_low", arguments=struct.pack("<f", home_alt_m))
+    if place_seen:
+        words = "Mission rejected: takeoff not first waypoint item"
+        return Reason(words, "navigator_mis_takeoff_not_first")
     return None
 
 

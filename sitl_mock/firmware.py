@@ -54,6 +54,8 @@ class Firmware:
         Messages to target system 0 are taken for its own.
     answers_ping
         PING is answered.
+    sends_events
+        It speaks the events protocol.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Firmware:
     statustext_needs_heartbeat: bool
     old_system_zero: bool
     answers_ping: bool
+    sends_events: bool
 
 
 ARDUPILOT = Firmware(
@@ -97,6 +100,7 @@ ARDUPILOT = Firmware(
     statustext_needs_heartbeat=False,
     old_system_zero=True,
     answers_ping=False,
+    sends_events=False,
 )
 
 PX4 = Firmware(
@@ -123,11 +127,13 @@ PX4 = Firmware(
             "GLOBAL_POSITION_INT": 0.5,
             "HOME_POSITION": 2.0,
             "BATTERY_STATUS": 2.0,
+            "CURRENT_EVENT_SEQUENCE": 3.0,
         }
     ),
     statustext_needs_heartbeat=True,
     old_system_zero=False,
     answers_ping=True,
+    sends_events=True,
 )
 
 FIRMWARES: Mapping[str, Firmware] = MappingProxyType({"ardupilot": ARDUPILOT, "px4": PX4})

@@ -71,7 +71,16 @@ class Text:
     link: Hashable | None = None
 
 
-Reply = Ack | Request | Count | Item | Text
+@dataclass(frozen=True, slots=True)
+class Event:
+    """EVENT, to all links: its name, its log levels and its packed arguments."""
+
+    name: str
+    levels: int
+    arguments: bytes = b""
+
+
+Reply = Ack | Request | Count | Item | Text | Event
 
 
 @dataclass(frozen=True, slots=True)

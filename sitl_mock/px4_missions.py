@@ -9,7 +9,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from sitl_mock.feasibility import infeasible_because
+from sitl_mock.feasibility import reasons
 from sitl_mock.firmware import Firmware
 from sitl_mock.items import STORED_TYPES, MissionType, RefusedItemError, Result, StoredItem
 from sitl_mock.missions import (
@@ -17,6 +17,7 @@ from sitl_mock.missions import (
     SEVERITY_INFO,
     Ack,
     Count,
+    Event,
     Item,
     MissionStatus,
     Partner,
@@ -294,9 +295,14 @@ class Px4Missions:
         if self._new_seq is None and self._vehicle.current_seq >= len(mission):
             self._vehicle.current_seq = 0  # without a current flag the old index is kept where it exists
         self._new_seq = self._vehicle.current_seq
-        reason = infeasible_because(mission, self._lists[MissionType.FENCE], self._vehicle.home)
-        self._feasible = reason is None
-        return [_critical(reason)] if reason is not None and reason.startswith("Geofence") else []
+        found = reasons(mission, self._lists[MissionType.FENCE], self._vehicle.home)
+        self._feasible = not found
+        replies: list[Reply] = []
+        for reason in found:
+            if reason.in_text:
+                replies.append(_critical(reason.words))
+            replies.append(Event(reason.event, reason.levels, reason.arguments))
+        return replies
 
     def next_timer(self) -> float | None:
         """Return when a request is repeated, a transfer given up or a mission judged."""

@@ -13,13 +13,45 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl_mock import events
+
 KEY_BYTES = 32
 EPOCH_2015_S = 1_420_070_400
 STAMPS_PER_S = 100_000
 
 
 class CheckedMavlink(mavlink.MAVLink):  # type: ignore[misc]  # pymavlink has no types
-    """pymavlink's parser; a frame whose signature is wrong leaves the time stamps as they were."""
+    """pymavlink's parser; a frame whose signature is wrong leaves the time stamps as they were.
+
+    It knows the messages of `events`, too.
+    """
+
+    def decode(self, msgbuf: bytearray) -> Any:
+        """Return the message of a whole frame.
+
+        Raises
+        ------
+        mavlink.MAVError
+            Its checksum or its signature is wrong.
+        """
+        number = int.from_bytes(msgbuf[7:10], "little") if msgbuf[0] == mavlink.PROTOCOL_MARKER_V2 else -1
+        if number not in events.FORMATS:
+            return super().decode(msgbuf)
+        end = 10 + msgbuf[1]
+        crc = mavlink.x25crc(bytes(msgbuf[1:end]) + bytes([events.FORMATS[number][1]])).crc
+        if bytes(msgbuf[end : end + 2]) != struct.pack("<H", crc):
+            raise mavlink.MAVError(f"invalid MAVLink CRC in message {number}")
+        system, component = msgbuf[5], msgbuf[6]
+        if self.signing.secret_key is not None and not (
+            msgbuf[2] & mavlink.MAVLINK_IFLAG_SIGNED and self.check_signature(msgbuf, system, component)
+        ):
+            raise mavlink.MAVError("Invalid signature")
+        message: Any = events.decode(number, bytes(msgbuf[10:end]))
+        message._header = mavlink.MAVLink_header(
+            number, mlen=msgbuf[1], seq=msgbuf[4], srcSystem=system, srcComponent=component
+        )
+        message._msgbuf = msgbuf
+        return message
 
     def check_signature(self, msgbuf: bytearray, srcSystem: int, srcComponent: int) -> bool:
         """Return whether a frame is signed with the key and newer than the last of its stream.

@@ -8,6 +8,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common
 
+from mavplan.link.event_messages import LAYOUTS, read_frame
 from mavplan.link.protocol import GROUND, Address, Message
 from mavplan.link.signing import Signing
 
@@ -108,16 +109,42 @@ class Codec:
             length += _SIGNATURE if buffer[start + 2] & _SIGNED else 0
         return length if len(buffer) - start >= length else None
 
+    def _message_id(self, start: int) -> int:
+        at, size = (start + 7, 3) if self._buffer[start] == _V2 else (start + 5, 1)
+        return int.from_bytes(self._buffer[at : at + size], "little")
+
     def _read(self, start: int, length: int) -> Any:
         end = start + length
+        message_id = self._message_id(start)
+        if message_id in LAYOUTS:
+            return read_frame(message_id, bytes(self._buffer[start:end]))
         try:
             message = self._mavlink.decode(self._buffer[start:end])
         except common.MAVError:
             return None
-        if isinstance(message, common.MAVLink_unknown) and end < len(self._buffer):
-            # Its checksum cannot be tested. Believe it only where another frame follows at once.
-            return message if self._buffer[end] in _HEADER else None
+        if isinstance(message, common.MAVLink_unknown):
+            # Its checksum cannot be tested. Believe it only where another frame follows at once, and none is inside.
+            followed = end == len(self._buffer) or self._buffer[end] in _HEADER
+            return message if followed and not self._hides_a_frame(start + 1, end) else None
         return message
+
+    def _hides_a_frame(self, start: int, end: int) -> bool:
+        """Whether a good frame of a known message lies in this stretch of bytes."""
+        while (start := self._next_marker(start)) < end:
+            length = self._frame_length(start)
+            if length and start + length <= end and self._is_known(start, length):
+                return True
+            start += 1
+        return False
+
+    def _is_known(self, start: int, length: int) -> bool:
+        frame = self._buffer[start : start + length]
+        if (message_id := self._message_id(start)) in LAYOUTS:
+            return read_frame(message_id, bytes(frame)) is not None
+        try:
+            return not isinstance(self._mavlink.decode(frame), common.MAVLink_unknown)
+        except common.MAVError:
+            return False
 
     def _next_marker(self, start: int) -> int:
         found = [at for marker in _HEADER if (at := self._buffer.find(marker, start)) >= 0]

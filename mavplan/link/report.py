@@ -198,6 +198,14 @@ def unread(upload: Upload, rules: AutopilotRules, cause: str) -> UncertainError:
     )
 
 
+def unsettled(upload: Upload, rules: AutopilotRules, cause: str) -> UncertainError:
+    """Put into words that all was read back as sent, but something on its way could still have changed it."""
+    return UncertainError(
+        f"{cause}: {rules.title} gave all {len(upload.items)} {_items(upload.mission_type)} back as sent, but the time "
+        "was too short to be sure that it keeps them: verify"
+    )
+
+
 def differing(
     found: Sequence[Difference], rules: AutopilotRules, reason: str = "", mission_type: int = 0
 ) -> DiffersError:
@@ -220,9 +228,20 @@ def told_besides(error: MavplanError, words: str) -> MavplanError:
     return error
 
 
-def infeasible(count: int, rules: AutopilotRules, texts: Sequence[str]) -> RefusedError:
-    """Put into words that a stored mission will not be flown."""
-    said = (
-        f": {'; '.join(repr(text) for text in texts)}" if texts else ", without a reason that it would tell"
-    )
+def infeasible(
+    count: int, rules: AutopilotRules, reasons: Sequence[str], texts: Sequence[str]
+) -> RefusedError:
+    """Put into words that a stored mission will not be flown.
+
+    Parameters
+    ----------
+    count, rules
+        Items that are stored; the firmware.
+    reasons
+        Why, as the vehicle's events tell.
+    texts
+        What it said besides since the upload; told where its events tell nothing.
+    """
+    told = "; ".join(reasons or (repr(text) for text in texts))
+    said = f": {told}" if told else ", without a reason that it would tell"
     return RefusedError(f"{rules.title} stored all {count} items but judges the mission not flyable{said}")

@@ -9,7 +9,8 @@
        └──── differs, first time ─┘── differs the same way twice, ──> uncertain
                                       or others have written
 
-Nothing is believed but a read-back. A refusal is followed by one too, for the report.
+Nothing is believed but a read-back. A refusal is followed by one too, for the report. A mission that PX4 judges not
+flyable is asked about for the reason.
 """
 
 import dataclasses
@@ -21,7 +22,8 @@ from mavplan.errors import MavplanError, RefusedError
 from mavplan.link.download import Download, DownloadEnd
 from mavplan.link.manners import Manners
 from mavplan.link.protocol import Address, Message, MissionType, Result
-from mavplan.link.report import THINGS, broken_off, differing, infeasible, refused, unread
+from mavplan.link.reason import Reason
+from mavplan.link.report import THINGS, broken_off, differing, infeasible, refused, unread, unsettled
 from mavplan.link.transfer import Pace, Progress, State
 from mavplan.link.transfers import OWN, Transfers
 from mavplan.link.upload import UploadEnd, UploadOutcome
@@ -132,6 +134,7 @@ class Store:
         )
         self._download: Download | None = None
         self._verdict: Verdict | None = None
+        self._reason = Reason(watch, pace, deadline=deadline)
         self._stored: tuple[WireItem, ...] = ()
         self._opaque_id: int | None = None
         self._differed: list[str] | None = None
@@ -159,10 +162,12 @@ class Store:
         if self.outcome is not None:
             return
         self._look_round(now)
-        parts = (self.upload, self._download, self._verdict)
+        parts = (self.upload, self._download, self._verdict, self._reason)
         for part in parts:
             if part is not None:
                 part.tick(now)
+        if self.upload.all_sent:
+            self._reason.mission_sent()
         self._advance(now)
         for part in (*parts, self._download):
             if part is not None:
@@ -185,11 +190,10 @@ class Store:
         """Return the times of the next ticks that matter."""
         if self.outcome is not None:
             return []
-        parts = (self.upload, self._download, self._verdict)
+        parts = (self.upload, self._download, self._verdict, self._reason)
         timers = [part.next_timer() for part in parts if part is not None]
-        waiting = self.phase is Phase.SETTLING and (
-            self._verdict is None or self._verdict.outcome is not None
-        )
+        judged = self._verdict is None or self._verdict.outcome is not None
+        waiting = self.phase is Phase.SETTLING and judged and self._reason.next_timer() is None
         return [*timers, self._settled_at() if waiting else None]
 
     def _look_round(self, now: float) -> None:
@@ -280,6 +284,7 @@ class Store:
             self._stored = outcome.items
             self._opaque_id = download.opaque_id or self.upload.opaque_id
             self._verdict = self._new_verdict(now)
+            self._reason.drop()
             self.phase = Phase.SETTLING
         elif watch.foreign_writes > self._foreign_writes:
             reason = "another ground station has written to the vehicle: "
@@ -336,9 +341,14 @@ class Store:
         if now < self._settled_at() or (verdict is not None and verdict.outcome is None):
             return
         if verdict is not None and verdict.outcome is Judgement.INFEASIBLE:
-            self.outcome = infeasible(len(self.items), self.rules, self._watch.texts)
+            self._reason.ask(now)
+            if self._reason.done:
+                self.outcome = self._infeasible()
             return
         self._succeed(now, verdict.outcome if verdict is not None else None)
+
+    def _infeasible(self) -> RefusedError:
+        return infeasible(len(self.items), self.rules, self._reason.events, self._reason.texts)
 
     def _succeed(self, now: float, judgement: Judgement | None) -> None:
         upload = self.upload
@@ -355,8 +365,9 @@ class Store:
         """End with what is known."""
         if self.outcome is not None:
             return
+        self._look_round(now)
         if self.phase is Phase.SETTLING:
-            self._succeed(now, Judgement.UNKNOWN if self._verdict is not None else None)
+            self._expire_settling(now, cause)
         elif self.phase is Phase.READING:
             self.outcome = unread(self.upload, self.rules, cause)
         elif self.phase is Phase.REPORTING and self.upload.outcome is not None:
@@ -365,6 +376,17 @@ class Store:
             self.outcome = RefusedError(f"{cause}: nothing of the {THINGS[self.kind]} was sent")
         else:
             self.outcome = broken_off(self.upload, self.rules, self.manners, cause)
+
+    def _expire_settling(self, now: float, cause: str) -> None:
+        verdict = self._verdict
+        if self.upload.state is not State.ENDED:  # a late count has opened the upload anew
+            self.outcome = broken_off(self.upload, self.rules, self.manners, cause)
+        elif verdict is not None and verdict.outcome is Judgement.INFEASIBLE:
+            self.outcome = self._infeasible()
+        elif now < self._settled_at() or (verdict is not None and verdict.other_mission):
+            self.outcome = unsettled(self.upload, self.rules, cause)
+        else:
+            self._succeed(now, Judgement.UNKNOWN if verdict is not None else None)
 
     @property
     def _suffix(self) -> str:

@@ -1,8 +1,12 @@
-"""What goes on around a transfer: restarts of the vehicle, other stations' mission traffic, its texts. No I/O."""
+"""What goes on around a transfer: restarts of the vehicle, other stations' mission traffic, its texts and events.
+
+No I/O.
+"""
 
 import re
 from collections import Counter
 
+from mavplan.link.event_log import EventLog
 from mavplan.link.protocol import Address, Message, MissionType, Result, sender
 
 CLOCK_SLIP_S = 3.0
@@ -44,9 +48,14 @@ class Watch:
         self.armed = False
         self.texts: list[str] = []
         """STATUSTEXTs of severity WARNING and worse, oldest first."""
+        self.texts_heard = 0
+        """How many of those there were in all; the oldest are forgotten."""
+        self.events = EventLog(us)
+        """PX4's events."""
+        self.uptime_s = 0.0
+        """The vehicle's clock as last heard."""
         self.space: int | None = None
         """Number of items the vehicle last said it has room for."""
-        self._uptime_s = 0.0
         self._text_id = 0
 
     @property
@@ -59,6 +68,11 @@ class Watch:
         """The same, and refusals that another station got: it may try again."""
         return self.writes[self.mission_type] + self._denials[self.mission_type]
 
+    def texts_since(self, heard: int) -> list[str]:
+        """Return the texts that came after so many of them had been heard, as far as they are kept."""
+        new = min(len(self.texts), self.texts_heard - heard)
+        return self.texts[len(self.texts) - new :]
+
     def receive(self, message: Message, now: float) -> None:
         """Take a message of the link, whoever it is from."""
         kind = message.get_type()
@@ -67,6 +81,7 @@ class Watch:
             return
         self.heard_at = now
         self._watch_clock(message, kind)
+        self.events.receive(message, now)
         if kind == "HEARTBEAT":
             self.armed = bool(message.base_mode & 0x80)
         elif kind == "STATUSTEXT":
@@ -98,10 +113,11 @@ class Watch:
         uptime_s = _uptime_s(message, kind)
         if uptime_s is None:
             return
-        if uptime_s < self._uptime_s - CLOCK_SLIP_S:
+        if uptime_s < self.uptime_s - CLOCK_SLIP_S:
             self.reboots += 1
-            self._uptime_s = uptime_s
-        self._uptime_s = max(self._uptime_s, uptime_s)
+            self.events.vehicle_restarted()
+            self.uptime_s = uptime_s
+        self.uptime_s = max(self.uptime_s, uptime_s)
 
     def _on_text(self, message: Message) -> None:
         text = str(message.text).rstrip("\t\r\n")
@@ -113,6 +129,7 @@ class Watch:
             self.texts[-1] += text
         elif not self.texts or self.texts[-1] != text:
             self.texts.append(text)
+            self.texts_heard += 1
         self._text_id = message.id
         del self.texts[:-KEPT_TEXTS]
 

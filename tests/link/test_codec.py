@@ -73,6 +73,17 @@ def test_noise_gives_no_message_and_does_not_hide_the_next_frame(noise):
     assert 0 in seqs(found)
 
 
+def test_a_false_beginning_that_ends_with_a_good_frame_does_not_swallow_it():
+    """Six bytes as of a message nobody knows, whose length is just that of the frame behind them."""
+    good = frames(1)[0]
+    for before in (
+        bytes([0xFE, len(good) - 2, 0, 0, 0, 94]),
+        bytes([0xFD, len(good) - 2, 0, 0, 1, 1, 1, 0, 0, 9]),
+    ):
+        for after in (b"", good):
+            assert len(seqs(Codec().decode(before + good + after, 0.0))) == 1 + bool(after), before
+
+
 def test_an_unfinished_frame_is_given_up_after_half_a_second():
     codec = Codec()
     assert codec.decode(bytes([0xFD, 200, 0, 0, 9]), 0.0) == []

@@ -52,7 +52,7 @@ def test_px4_refuses_to_fly_out_of_the_fence_it_holds_and_says_where():
     assert upload(fenced("px4", 1, fence=SMALL), network).verified
     result = upload(make_mission("px4", 4), network)
     assert isinstance(result.error, RefusedError)
-    assert "Geofence violation" in str(result.error)
+    assert "breaches the vehicle's geofence" in str(result.error)
 
 
 def test_px4_keeps_its_fence_in_force_and_an_action_of_0_switches_it_off():

@@ -204,7 +204,7 @@ def test_no_end_between_the_fence_and_the_mission_says_what_is_where(firmware):
     def tick(now):
         plain(now)
         if session._store is not None and session._store.phase.name == "SETTLING":
-            session.interrupt(now)
+            session.interrupt(session._store._settled_at())
 
     session.tick = tick
     result = run(session, network)
