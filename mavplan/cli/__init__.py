@@ -20,6 +20,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "compare": ("mavplan.cli.compare:compare_command", "Compare all planners on one scenario."),
     "study": ("mavplan.cli.study:study_command", "Compare the planners on many random draws of users."),
     "export": ("mavplan.cli.export:export_command", "Write a mission file in another format."),
+    "report": ("mavplan.cli.report:report_command", "Write a plan as one page to look at and print."),
     "check": ("mavplan.cli.check:check_command", "Check a mission or scenario against a mock vehicle."),
     "upload": ("mavplan.cli.upload:upload_command", "Upload a mission to a vehicle and read it back."),
     "download": ("mavplan.cli.download:download_command", "Save the mission that a vehicle holds."),

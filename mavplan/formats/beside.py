@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mavplan.errors import InputError, Problem
-from mavplan.formats import read_mission
+from mavplan.formats import FORMATS, read_mission
 from mavplan.formats.atomic import atomic_write
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.model import Autopilot, Mission
@@ -26,6 +26,23 @@ SUFFIX = ".mavplan.json"
 def plan_path(mission_file: Path) -> Path:
     """Return where the plan of a mission file is: ``out/valley.plan`` → ``out/valley.mavplan.json``."""
     return mission_file.with_name(mission_file.stem + SUFFIX)
+
+
+def mission_beside(plan_file: Path) -> Path:
+    """Return the mission of a plan: ``valley.mavplan.json`` → ``valley.plan``, or ``.waypoints`` if only that is there.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    stem = plan_file.name.removesuffix(SUFFIX)
+    found = [plan_file.with_name(stem + suffix) for suffix in FORMATS]
+    there = [path for path in found if path.is_file()]
+    if not there:
+        message = f"there is no mission beside it: {' or '.join(path.name for path in found)}"
+        raise InputError([Problem(str(plan_file), message, "no-mission")])
+    return there[0]
 
 
 def read_known_mission(path: Path, autopilot: Autopilot | None = None) -> Mission:

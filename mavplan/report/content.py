@@ -1,0 +1,322 @@
+"""What a report shows of a plan, as plain values: rows of stops, users and mission items, and the flight over time."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mavplan.energy import rotor_of
+from mavplan.geo import LocalPlane
+from mavplan.hover import broadcast_rates
+from mavplan.mission.autopilots import AUTOPILOTS
+from mavplan.mission.forecast import Forecast, forecast_mission
+from mavplan.mission.geofence import FenceCircle
+from mavplan.mission.model import Command, Mission
+from mavplan.mission.sendable import command_name
+from mavplan.radio import Channel, planning_channel
+from mavplan.scenario.model import UNPAIRED, Floats
+
+if TYPE_CHECKING:
+    from mavplan.comparison import Comparison
+    from mavplan.stored_plan import StoredPlan
+
+
+@dataclass(frozen=True, slots=True)
+class UserRow:
+    """A user: its place in metres east and north of home, what it needs, and what it gets in the holds."""
+
+    name: str
+    x_m: float
+    y_m: float
+    lat_deg: float
+    lon_deg: float
+    demand_mbit: float
+    stop: int
+    d2d: bool
+    mate: str
+    rate_mbit_s: float
+    gets_mbit: float
+
+
+@dataclass(frozen=True, slots=True)
+class StopRow:
+    """A stop; ``items`` are its numbers on the wire, ``arrival_s`` when its hold begins."""
+
+    number: int
+    x_m: float
+    y_m: float
+    lat_deg: float
+    lon_deg: float
+    alt_rel_m: float
+    hold_s: float
+    arrival_s: float
+    items: str
+    users: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ItemRow:
+    """A mission item as it goes to the vehicle, and what it takes."""
+
+    seq: int
+    command: str
+    stop: int | None
+    lat_deg: float | None
+    lon_deg: float | None
+    alt_m: float | None
+    hold_s: float
+    climb_s: float
+    cruise_s: float
+    hover_s: float
+    descent_s: float
+    done_s: float
+    used_wh: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Area:
+    """An area of the fence as a ring of points in metres, or a circle."""
+
+    label: str
+    inclusion: bool
+    ring_m: tuple[tuple[float, float], ...]
+    radius_m: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CompareRow:
+    """A planner beside the others; the plan of the report is ``chosen``."""
+
+    planner: str
+    stops: int
+    d2d_users: int
+    length_m: float
+    sum_rate_bit_s_hz: float
+    joint_index: float | None
+    hover_s: float
+    mission_s: float
+    chosen: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ReportContent:
+    """All of a report: seconds from the start of the mission, metres from home; ``back_m`` is the return."""
+
+    title: str
+    planner: str
+    autopilot: str
+    radius_m: float
+    altitude_m: float
+    service: str
+    path_m: tuple[tuple[float, float], ...]
+    length_m: float
+    back_m: float
+    stops: tuple[StopRow, ...]
+    users: tuple[UserRow, ...]
+    pairs: tuple[tuple[int, int], ...]
+    items: tuple[ItemRow, ...]
+    areas: tuple[Area, ...]
+    profile: tuple[tuple[float, float], ...]
+    flight_s: float
+    hover_s: float
+    mission_s: float
+    used_wh: float | None
+    battery_wh: float | None
+    comparison: tuple[CompareRow, ...]
+    least_stops: str
+
+    @property
+    def demand_mbit(self) -> float:
+        """What all users need together."""
+        return math.fsum(user.demand_mbit for user in self.users)
+
+
+def report_content(
+    mission: Mission, plan: "StoredPlan", title: str, comparison: "Comparison | None" = None
+) -> ReportContent:
+    """Gather what a report shows.
+
+    Parameters
+    ----------
+    mission
+        What is flown.
+    plan
+        What it was made from.
+    title
+        Heading of the page.
+    comparison
+        The planners on the same users, where it was asked for.
+    """
+    vehicle = plan.scenario.vehicle
+    rules = AUTOPILOTS[plan.autopilot]
+    rotor = None if vehicle.mass_kg is None else rotor_of(vehicle.mass_kg)
+    expected = forecast_mission(
+        mission, rules=rules, acceleration_m_s2=vehicle.acceleration_m_s2, rotor=rotor
+    )
+    plane = LocalPlane(mission.home.lat_e7 / 1e7, mission.home.lon_e7 / 1e7)
+    stops_m = plane.to_xy_m([stop.lat_deg for stop in plan.stops], [stop.lon_deg for stop in plan.stops])
+    path_m, back_m = _path_m(mission, plane)
+    channel = Channel(plan.scenario.radio, vehicle.altitude_m, plan.scenario.d2d)
+    legs_m = np.linalg.norm(np.diff(path_m, axis=0), axis=1)
+    mates = plan.scenario.users.mate
+    return ReportContent(
+        title=title,
+        planner=plan.planner,
+        autopilot=rules.title,
+        radius_m=planning_channel(plan.scenario).radius_m,
+        altitude_m=vehicle.altitude_m,
+        service=plan.scenario.service.mode,
+        path_m=tuple((float(x), float(y)) for x, y in path_m),
+        length_m=float(legs_m.sum()) - back_m,
+        back_m=back_m,
+        stops=tuple(_stops(plan, stops_m, expected, int(rules.home_on_wire))),
+        users=tuple(_users(plan, stops_m, channel)),
+        pairs=tuple((n, int(m)) for n, m in enumerate(mates) if m != UNPAIRED and n < m),
+        items=tuple(_items(mission, plan, expected, int(rules.home_on_wire))),
+        areas=tuple(_areas(mission, plane)),
+        profile=tuple(_profile(mission, expected)),
+        flight_s=expected.flight_s,
+        hover_s=expected.hover_s,
+        mission_s=expected.mission_s,
+        used_wh=expected.used_wh,
+        battery_wh=vehicle.battery_wh,
+        comparison=tuple(_compared(comparison, plan.planner)) if comparison is not None else (),
+        least_stops="" if comparison is None else str(comparison.least_stops_with_d2d),
+    )
+
+
+def _path_m(mission: Mission, plane: LocalPlane) -> tuple[Floats, float]:
+    """Return (P, 2) places in flying order from home, and the length of the way back where the mission returns."""
+    placed = [item for item in mission.items if item.has_position]
+    path = np.vstack(
+        [np.zeros((1, 2)), plane.to_xy_m([i.lat_deg for i in placed], [i.lon_deg for i in placed])]
+    )
+    back_m = 0.0
+    if any(item.command == Command.NAV_RETURN_TO_LAUNCH for item in mission.items):
+        back_m = float(np.linalg.norm(path[-1]))
+        path = np.vstack([path, np.zeros((1, 2))])
+    moved = np.append(True, np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.01)
+    return np.asarray(path[moved]), back_m
+
+
+def _stops(plan: "StoredPlan", stops_m: Floats, expected: Forecast, home_items: int) -> Iterator[StopRow]:
+    for number, (stop, place) in enumerate(zip(plan.stops, stops_m.tolist(), strict=True)):
+        first, hold = stop.items.first + home_items, stop.items.hold + home_items
+        yield StopRow(
+            number=number + 1,
+            x_m=place[0],
+            y_m=place[1],
+            lat_deg=stop.lat_deg,
+            lon_deg=stop.lon_deg,
+            alt_rel_m=stop.alt_rel_m,
+            hold_s=stop.hold_s,
+            arrival_s=expected.hold_begins_s(stop.items.hold),
+            items=str(first) if first == hold else f"{first}–{hold}",
+            users=tuple(np.flatnonzero(plan.stop_of == number).tolist()),
+        )
+
+
+def _users(plan: "StoredPlan", stops_m: Floats, channel: Channel) -> Iterator[UserRow]:
+    users, bandwidth_hz = plan.scenario.users, plan.scenario.radio.bandwidth_hz
+    rates = broadcast_rates(users, stops_m, channel)
+    if plan.schedule:
+        seconds = np.zeros_like(rates)
+        for slot in plan.schedule:
+            seconds[slot.user, slot.stop] += slot.duration_s
+        got_bit = (rates * seconds).sum(axis=1)
+    else:
+        got_bit = rates @ plan.hold_s
+    for n, name in enumerate(users.names):
+        mate, d2d = int(users.mate[n]), bool(plan.d2d[n])
+        rate, got = float(rates[n].max()), float(got_bit[n])
+        if d2d:
+            apart_m = np.linalg.norm(users.xy_m[n] - users.xy_m[mate])
+            link = float(channel.d2d_rate(np.array([apart_m]))[0]) * bandwidth_hz
+            rate, got = min(float(rates[mate].max()), link), float(users.demand_bit[n])
+        yield UserRow(
+            name=name,
+            x_m=float(users.xy_m[n, 0]),
+            y_m=float(users.xy_m[n, 1]),
+            lat_deg=float(users.lat_deg[n]),
+            lon_deg=float(users.lon_deg[n]),
+            demand_mbit=float(users.demand_bit[n]) / 1e6,
+            stop=int(plan.stop_of[n]) + 1,
+            d2d=d2d,
+            mate=users.names[mate] if mate != UNPAIRED else "",
+            rate_mbit_s=rate / 1e6,
+            gets_mbit=got / 1e6,
+        )
+
+
+def _items(mission: Mission, plan: "StoredPlan", expected: Forecast, home_items: int) -> Iterator[ItemRow]:
+    stop_of = {
+        index: number
+        for number, stop in enumerate(plan.stops, start=1)
+        for index in range(stop.items.first, stop.items.hold + 1)
+    }
+    for found, item in zip(expected.items, mission.items, strict=True):
+        placed = item.has_position
+        yield ItemRow(
+            seq=found.item + home_items,
+            command=command_name(item.command),
+            stop=stop_of.get(found.item),
+            lat_deg=item.lat_deg if placed else None,
+            lon_deg=item.lon_deg if placed else None,
+            alt_m=item.alt_m if placed else None,
+            hold_s=item.params[0] if item.command in {Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME} else 0.0,
+            climb_s=found.seconds.climb,
+            cruise_s=found.seconds.cruise,
+            hover_s=found.seconds.hover,
+            descent_s=found.seconds.descent,
+            done_s=found.done_s,
+            used_wh=found.used_wh,
+        )
+
+
+def _areas(mission: Mission, plane: LocalPlane) -> Iterator[Area]:
+    for label, area in mission.fence.labelled() if mission.fence else ():
+        if isinstance(area, FenceCircle):
+            centre = plane.to_xy_m([area.lat_e7 / 1e7], [area.lon_e7 / 1e7])
+            yield Area(label, area.inclusion, _points(centre), area.radius_m)
+        else:
+            lat, lon = zip(*area.vertices_e7, strict=True)
+            ring = plane.to_xy_m(np.array(lat) / 1e7, np.array(lon) / 1e7)
+            yield Area(label, area.inclusion, _points(ring))
+
+
+def _points(places_m: Floats) -> tuple[tuple[float, float], ...]:
+    return tuple((float(x), float(y)) for x, y in places_m)
+
+
+def _profile(mission: Mission, expected: Forecast) -> Iterator[tuple[float, float]]:
+    """Yield time and height above home of each bend of the flight; between two of them both change evenly."""
+    height_m = 0.0
+    yield 0.0, 0.0
+    for found, item in zip(expected.items, mission.items, strict=True):
+        begin_s, phases = found.done_s - found.seconds.total, found.seconds
+        to_m = item.alt_m if item.has_position else height_m
+        if item.command in {Command.NAV_RETURN_TO_LAUNCH, Command.NAV_LAND}:
+            yield begin_s + phases.total - phases.descent, height_m
+            to_m = 0.0
+        elif to_m != height_m:
+            yield begin_s, height_m
+        height_m = to_m
+        if phases.total > 0:
+            yield found.done_s, height_m
+
+
+def _compared(comparison: "Comparison", planner: str) -> Iterator[CompareRow]:
+    for row in comparison.rows:
+        yield CompareRow(
+            planner=row.planner,
+            stops=row.stops,
+            d2d_users=row.d2d_users,
+            length_m=row.length_m,
+            sum_rate_bit_s_hz=row.sum_rate_bit_s_hz,
+            joint_index=row.joint_index,
+            hover_s=row.hover_s,
+            mission_s=row.mission_s,
+            chosen=row.planner == planner,
+        )
