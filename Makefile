@@ -3,7 +3,7 @@ SHELL := /bin/bash
 PYTHON ?= $(firstword $(foreach p,python3.11 python3.12 python3.13 python3,$(shell command -v $(p) 2>/dev/null)))
 VENV := .venv
 BIN := $(VENV)/bin
-CODE := mavplan sitl_mock tests benchmarks missions
+CODE := mavplan sitl_mock tests benchmarks missions docs
 PYTEST_ARGS ?=
 # MAVSDK, MAVProxy and others keep caches below the home folder: while our programs run, that one is in here.
 AT_HOME_HERE = mkdir -p .cache/home && HOME="$(CURDIR)/.cache/home"
@@ -13,7 +13,7 @@ export MPLCONFIGDIR := $(CURDIR)/.cache/matplotlib
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check format lint types bench lock clean
+.PHONY: help demo test check format lint types docs bench lock clean
 
 help:  ## what can be typed here
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -44,6 +44,9 @@ types: $(VENV)/ready
 
 format: $(VENV)/ready  ## put the code in its format
 	$(BIN)/ruff check --quiet --fix $(CODE); $(BIN)/ruff format --quiet $(CODE)
+
+docs: $(VENV)/ready  ## the documentation as a site, in out/docs; warnings are errors
+	$(BIN)/python -m sphinx -W --keep-going -q -b html -d .cache/doctrees docs out/docs
 
 bench: $(VENV)/ready  ## time what users wait for
 	$(AT_HOME_HERE) $(BIN)/python -m benchmarks
