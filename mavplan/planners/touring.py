@@ -1,12 +1,12 @@
 """Touring discs in a fixed order: the shortest path that touches each of them, with a lower bound from its dual.
 
-min Σ ‖x_i − x_{i−1}‖ subject to ‖x_i − c_i‖ ≤ R, x_0 the start; the path ends at x_K, or at a given place. A second-order
-cone programme, convex. Its dual has a vector u_i with ‖u_i‖ ≤ 1 for each leg, and *any* such vectors prove
+min Σ ‖x_i − x_{i−1}‖ subject to ‖x_i − c_i‖ ≤ R, x_0 the start; the path ends at x_K, or at a given place: a convex
+second-order cone programme. Its dual has a vector u_i with ‖u_i‖ ≤ 1 for each leg, and *any* such vectors prove
 
     length ≥ Σ_i [c_i·(u_i − u_{i+1}) − R·‖u_i − u_{i+1}‖] − u_1·start (+ u_L·end),
 
 u_{K+1} = 0 where the end is free: each disc's term is the least of x·(u_i − u_{i+1}) over it. So the bound holds
-whatever rounding and whatever iteration it comes from.
+whatever iteration it comes from. Bounds are those of discs as wide as `Channel.reaches` takes them.
 
 Many paths with the same number of discs are solved side by side, by a primal-dual interior point with predictor and
 corrector (S. Mehrotra, "On the implementation of a primal-dual interior point method", SIAM J. Optimization 2, 1992,
@@ -20,7 +20,8 @@ import numpy as np
 
 from mavplan.planners.block_tridiagonal import BlockTridiagonal
 from mavplan.planners.cones import Scaling, longest_step, product, quotient
-from mavplan.scenario.model import Floats, Ints
+from mavplan.radio import REACH_TOLERANCE_M
+from mavplan.scenario.model import Bools, Floats, Ints
 
 MOST_ITERATIONS = 40
 """Seven to ten are usual."""
@@ -52,6 +53,15 @@ class Tours:
     length_m: Floats
     bound_m: Floats
     duals: Floats
+
+    def rows(self, which: Ints) -> "Tours":
+        """Return these problems alone."""
+        return Tours(self.points_m[which], self.length_m[which], self.bound_m[which], self.duals[which])
+
+    def put(self, which: Ints, others: "Tours") -> None:
+        """Put others in place of these problems."""
+        self.points_m[which], self.length_m[which] = others.points_m, others.length_m
+        self.bound_m[which], self.duals[which] = others.bound_m, others.duals
 
 
 def tour_discs(
@@ -85,7 +95,7 @@ def tour_discs(
     to_columns = np.ascontiguousarray(np.moveaxis(centres_m, (0, 1, 2), (2, 1, 0)) / radius_m)
     start = np.broadcast_to(start_m / radius_m, (batch, 2)).T
     end = None if end_m is None else np.broadcast_to(end_m / radius_m, (batch, 2)).T
-    solver = _InteriorPoint(to_columns, start, end)
+    solver = _InteriorPoint(to_columns, start, end, 1.0 + REACH_TOLERANCE_M / radius_m)
     legs = discs + (end is not None)
     points, duals = np.empty((2, discs, batch)), np.empty((2, legs, batch))
     length, bound = np.empty(batch), np.empty(batch)
@@ -115,6 +125,19 @@ def tour_discs(
     )
 
 
+def dual_bound_m(
+    centres_m: Floats, radius_m: float, start_m: Floats, end_m: Floats | None, duals: Floats
+) -> float:
+    """Return the lower bound that unit-ball vectors (L, 2) prove for one sequence of discs (K, 2)."""
+    discs = len(centres_m)
+    turns = duals[:discs].copy()
+    turns[: len(duals) - 1] -= duals[1:]
+    reach_m = radius_m + REACH_TOLERANCE_M
+    bound = float((turns * centres_m).sum() - reach_m * np.linalg.norm(turns, axis=1).sum())
+    bound -= float(duals[0] @ start_m)
+    return bound if end_m is None else bound + float(duals[-1] @ end_m)
+
+
 class _InteriorPoint:
     """Iterates of the problems that still run, in radii; columns are problems.
 
@@ -122,12 +145,14 @@ class _InteriorPoint:
     z = (1, −u). w = u_i − u_{i+1} holds exactly, and so does x on both sides.
     """
 
-    def __init__(self, centres: Floats, start: Floats, end: Floats | None) -> None:
+    def __init__(self, centres: Floats, start: Floats, end: Floats | None, reach: float) -> None:
         _, self.discs, batch = centres.shape
         self.legs = self.discs + (end is not None)
         self.index: Ints = np.arange(batch)
-        self.centres, self.start, self.end = centres, start, end
-        self.stuck = np.zeros(batch, dtype=bool)
+        self.centres, self.start, self.end, self._reach = centres, start, end, reach
+        self.stuck: Bools = np.zeros(batch, dtype=np.bool_)
+        self.length: Floats = np.empty(batch)
+        self.bound: Floats = np.empty(batch)
         self.points = centres.copy()
         self._s = np.empty((3, self.discs + self.legs, batch))
         self._z = np.empty_like(self._s)
@@ -143,7 +168,7 @@ class _InteriorPoint:
         w = self._z[1:, : self.discs]
         self._z[0, : self.discs] = FIRST_SLACK + np.sqrt((w**2).sum(axis=0) + FIRST_SLACK**2)
 
-    def keep(self, which: Ints) -> None:
+    def keep(self, which: Bools) -> None:
         """Go on with these problems only."""
         self.index, self.stuck = self.index[which], self.stuck[which]
         self.length, self.bound = self.length[which], self.bound[which]
@@ -168,8 +193,8 @@ class _InteriorPoint:
         dx, ds, dz = self._direction(system, corrected)
         primal = np.minimum(MARGIN * longest_step(s, ds).min(axis=0), 1.0)
         dual = np.minimum(MARGIN * longest_step(z, dz).min(axis=0), 1.0)
-        self.stuck = ~(np.isfinite(dx).all(axis=(0, 1)) & np.isfinite(dz).all(axis=(0, 1)))
-        self.stuck |= np.maximum(primal, dual) < 1e-6
+        finite = np.isfinite(dx).all(axis=(0, 1)) & np.isfinite(dz).all(axis=(0, 1))
+        self.stuck = np.asarray(~finite | (np.maximum(primal, dual) < 1e-6))
         primal, dual = np.where(self.stuck, 0.0, primal), np.where(self.stuck, 0.0, dual)
         dx, ds, dz = (np.where(self.stuck, 0.0, moved) for moved in (dx, ds, dz))
         self.points = self.points + primal * dx
@@ -204,7 +229,7 @@ class _InteriorPoint:
         w = self._gather(self.duals)
         self._z[1:, :discs] = w
         self.length = np.sqrt((differences**2).sum(axis=0)).sum(axis=0)
-        supported = (w * self.centres).sum(axis=0) - np.sqrt((w**2).sum(axis=0))
+        supported = (w * self.centres).sum(axis=0) - self._reach * np.sqrt((w**2).sum(axis=0))
         self.bound = supported.sum(axis=0) - (self.duals[:, 0] * self.start).sum(axis=0)
         if self.end is not None:
             self.bound += (self.duals[:, -1] * self.end).sum(axis=0)
