@@ -188,7 +188,7 @@ class PathSearch:
         if len(whole):
             tours.put(whole, self._tour(sequences[whole], np.inf, EXACT))
             away[whole] = problem.away_m(tours.points_m[whole])
-        unmet = problem.unmet(away).any(axis=1)
+        unmet: Bools = np.asarray(problem.unmet(away).any(axis=1))
         made: set[int] = set()
         for row, child in enumerate(children):
             bound_m = max(float(tours.bound_m[row]), self.nodes[child.parent].bound_m)
