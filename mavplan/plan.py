@@ -16,6 +16,7 @@ from mavplan.mission.build import BuiltMission, build_mission
 from mavplan.mission.fence_check import flown_legs, mission_breaches
 from mavplan.mission.fence_wire import fence_problems
 from mavplan.mission.forecast import Forecast, forecast_mission
+from mavplan.mission.geofence import Fence
 from mavplan.mission.model import HomePosition, Mission
 from mavplan.planners import plan_trajectory
 from mavplan.planners.index import joint_index
@@ -23,7 +24,7 @@ from mavplan.planners.sbw import sbw
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import planning_channel
 from mavplan.scenario.fence_checks import height_faults
-from mavplan.scenario.model import Scenario
+from mavplan.scenario.model import Floats, Scenario
 
 HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
 
@@ -101,27 +102,31 @@ def make_plan(
     ------
     InputError
         Nobody can be reached, a hold cannot be stored, the planner is unknown, the benchmark has too many strips, the
-        mission would leave its fence.
+        mission would leave its fence, no-fly zones leave no place for a user or no way to a stop.
     """
     vehicle, home = scenario.vehicle, scenario.home
     rules = AUTOPILOTS[vehicle.autopilot]
-    trajectory = plan_trajectory(scenario, progress)
-    holds = hold_times(scenario, trajectory, rules)
     plane = LocalPlane(home.lat_deg, home.lon_deg)
+    trajectory = plan_trajectory(scenario, progress)
+    back_e7: list[tuple[int, int]] | None = None
+    if scenario.no_fly is not None:
+        trajectory, back_m = _round_zones(trajectory, scenario, scenario.no_fly, plane)
+        back_e7 = _places_e7(back_m, plane)
+    holds = hold_times(scenario, trajectory, rules)
     flown_m = trajectory.path_m[1:]
-    lat_e7, lon_e7 = plane.to_e7(flown_m)
     holds_s: list[float | None] = [None] * len(flown_m)
     for at, hold_s in zip(trajectory.stop_at, holds.stored_s.tolist(), strict=True):
         holds_s[at - 1] = hold_s
     built = build_mission(
         home=HomePosition(round(home.lat_deg * 1e7), round(home.lon_deg * 1e7), home.alt_amsl_m),
-        stops_e7=list(zip(lat_e7.tolist(), lon_e7.tolist(), strict=True)),
+        stops_e7=_places_e7(flown_m, plane),
         holds_s=holds_s,
         rules=rules,
         altitude_m=vehicle.altitude_m,
         speed_m_s=vehicle.speed_m_s,
         end=vehicle.end,
         hover=hover,
+        back_e7=back_e7,
     )
     built = _fenced(built, scenario, rules)
     expected = forecast_mission(
@@ -134,6 +139,32 @@ def make_plan(
     return Plan(scenario, rules, trajectory, holds, built, expected, joint_index(trajectory, benchmark))
 
 
+def _round_zones(
+    trajectory: Trajectory, scenario: Scenario, zones: Fence, plane: LocalPlane
+) -> tuple[Trajectory, Floats]:
+    """Return the trajectory round the no-fly zones, and where the way back turns."""
+    from mavplan.airspace.around import keep_clear, straight_returns
+    from mavplan.airspace.zones import keep_out
+
+    out = keep_out(zones, plane, scenario.fence_options.margin_m)
+    returns = scenario.vehicle.end == "rtl"
+    found = keep_clear(trajectory, scenario.users, planning_channel(scenario), out, returns=returns)
+    notes = (*trajectory.notes, *straight_returns(found.trajectory, out))
+    return replace(found.trajectory, notes=notes), found.back_m
+
+
+def _places_e7(points_m: Floats, plane: LocalPlane) -> list[tuple[int, int]]:
+    lat_e7, lon_e7 = plane.to_e7(points_m)
+    return list(zip(lat_e7.tolist(), lon_e7.tolist(), strict=True))
+
+
+def _with_zones(fence: Fence | None, zones: Fence | None) -> Fence | None:
+    """Return the fence with the no-fly zones as areas to stay out of, for files and the vehicle."""
+    if fence is None or zones is None:
+        return fence or zones
+    return Fence((*fence.polygons, *zones.polygons), (*fence.circles, *zones.circles))
+
+
 def _fenced(built: BuiltMission, scenario: Scenario, rules: AutopilotRules) -> BuiltMission:
     """Return the mission with its fence and rally points.
 
@@ -142,7 +173,8 @@ def _fenced(built: BuiltMission, scenario: Scenario, rules: AutopilotRules) -> B
     InputError
         Every stop and leg that would leave the fence, and what the autopilot would not store.
     """
-    mission = replace(built.mission, fence=scenario.fence, rally=scenario.rally)
+    fence = _with_zones(scenario.fence, scenario.no_fly)
+    mission = replace(built.mission, fence=fence, rally=scenario.rally)
     names: dict[int, str] = {}
     for number, stop in enumerate(built.stop_items, start=1):
         names |= {stop.first: f"stop {number}", stop.hold: f"stop {number}"}

@@ -123,6 +123,8 @@ def sections(scenario: Scenario) -> dict[str, dict[str, Any]]:
     if scenario.fence is not None:
         named["fence"] = scenario.fence
     found = {name: dataclasses.asdict(section) for name, section in named.items()}
+    if scenario.no_fly is not None:
+        found["no_fly"] = dataclasses.asdict(scenario.no_fly)
     if scenario.rally:
         found["rally"] = {"points": [dataclasses.asdict(point) for point in scenario.rally]}
     return found

@@ -208,6 +208,7 @@ class _Scenario:
     planner: PlannerOptions
     fence_options: FenceOptions = field(default_factory=FenceOptions)
     fence: Fence | None = None
+    no_fly: Fence | None = None
     rally: _Rally | None = None
 
 
@@ -310,6 +311,7 @@ def _plan(file: _File, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         planner=sections.planner,
         fence_options=sections.fence_options,
         fence=sections.fence,
+        no_fly=sections.no_fly,
         rally=tuple(sections.rally.points) if sections.rally else (),
     )
     index = {name: number for number, name in enumerate(users.names)}

@@ -53,6 +53,7 @@ def build_mission(
     speed_m_s: float,
     end: End = "rtl",
     hover: Hover = "waypoint+loiter",
+    back_e7: Sequence[tuple[int, int]] | None = None,
 ) -> BuiltMission:
     """Return the mission that visits the stops in their order and holds at each.
 
@@ -80,6 +81,9 @@ def build_mission(
         failsafe.
     hover
         What a stop is made of: a waypoint and a timed loiter, the loiter alone, or a waypoint with a hold.
+    back_e7
+        Where the way back turns, for a vehicle that must not fly straight: with ``rtl`` it flies along these places to
+        above home and lands there, for a return to launch is straight. None: it may.
 
     Returns
     -------
@@ -104,7 +108,10 @@ def build_mission(
         stop = _stop(hover, _stored(hold_s, rules), rules, place, altitude_m)
         stop_items.append(StopItems(len(items), len(items) + len(stop) - 1))
         items += stop
-    items.append(_end(end, rules, stops_e7[-1], altitude_m))
+    if end == "rtl" and back_e7 is not None:
+        items += _way_home(back_e7, home, rules, altitude_m)
+    else:
+        items.append(_end(end, rules, stops_e7[-1], altitude_m))
     mission = Mission(
         items=tuple(items),
         home=home,
@@ -144,6 +151,14 @@ def _end(end: End, rules: AutopilotRules, place: tuple[int, int], alt_m: float) 
         case "stay":
             return _position(Command.NAV_LOITER_UNLIM, 0.0, rules, place, alt_m)
     return MissionItem(Command.NAV_RETURN_TO_LAUNCH, Frame.MISSION)
+
+
+def _way_home(
+    back_e7: Sequence[tuple[int, int]], home: HomePosition, rules: AutopilotRules, alt_m: float
+) -> list[MissionItem]:
+    above_home = (home.lat_e7, home.lon_e7)
+    way = [_position(Command.NAV_WAYPOINT, 0.0, rules, place, alt_m) for place in (*back_e7, above_home)]
+    return [*way, _position(Command.NAV_LAND, 0.0, rules, above_home, 0.0)]
 
 
 def _steps(hold_s: float, rules: AutopilotRules) -> int:

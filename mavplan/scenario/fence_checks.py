@@ -29,13 +29,13 @@ def check_fence_places(
             )
             report.error(f"{label}, {place}", message, "too-far")
             return  # a swap is one slip of the pen, and says nothing about the rest
-    if things.fence is None:
+    if things.fence is None and things.no_fly is None:
         return
     from mavplan.mission.fence_check import place_breaches
     from mavplan.mission.fence_geometry import plane_areas
 
     plane = LocalPlane(home.lat_deg, home.lon_deg)
-    areas = plane_areas(things.fence, plane)
+    areas = [area for fence in (things.fence, things.no_fly) if fence for area in plane_areas(fence, plane)]
     home_e7 = (round(home.lat_deg * 1e7), round(home.lon_deg * 1e7))
     places = [(f"{label}, [home]", home_e7)]
     places += [
@@ -47,7 +47,9 @@ def check_fence_places(
 
 
 def _places(things: ListedThings) -> Iterator[tuple[str, int, int]]:
-    areas: tuple[FenceArea, ...] = (*things.fence.polygons, *things.fence.circles) if things.fence else ()
+    areas: list[FenceArea] = []
+    for fence in (things.fence, things.no_fly):
+        areas += (*fence.polygons, *fence.circles) if fence else ()
     for area in areas:
         if isinstance(area, FencePolygon):
             yield from ((area.name, lat_e7, lon_e7) for lat_e7, lon_e7 in area.vertices_e7)

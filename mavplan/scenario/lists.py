@@ -1,13 +1,15 @@
-"""Reading ``[[fence.inclusion]]``, ``[[fence.exclusion]]`` and ``[[rally]]``: lists of tables, every problem noted."""
+"""Reading fence areas, no-fly zones and rally points: lists of tables, every problem noted."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 from mavplan.geo import E7
 from mavplan.mission.geofence import Fence, FenceArea, FenceCircle, FencePolygon, RallyPoint, area_faults
-from mavplan.scenario.reference import AREA_KEYS, AREA_LISTS, LISTED, keys_of
+from mavplan.scenario.reference import AREA_KEYS, AREA_LISTS, LISTED, NO_FLY_KEYS, keys_of
 from mavplan.scenario.report import Report, key_name, listed, nearest, shown
 from mavplan.scenario.validate import sound_values
+from mavplan.scenario.zones_file import read_zones
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,17 +17,20 @@ class ListedThings:
     """What the lists hold; ``sound`` is whether nothing in them had a problem."""
 
     fence: Fence | None
+    no_fly: Fence | None
     rally: tuple[RallyPoint, ...]
     sound: bool
 
 
-def read_lists(data: dict[str, Any], label: str, report: Report) -> ListedThings:
-    """Return the fence areas and rally points of a scenario.
+def read_lists(data: dict[str, Any], folder: Path, label: str, report: Report) -> ListedThings:
+    """Return the fence areas, no-fly zones and rally points of a scenario.
 
     Parameters
     ----------
     data
         The whole file.
+    folder
+        Where it lies; the files of zones stand relative to it.
     label
         What to call it in problems.
     report
@@ -43,11 +48,45 @@ def read_lists(data: dict[str, Any], label: str, report: Report) -> ListedThings
         for place, entry in _tables(data.get("rally", []), "rally", label, report)
         if (point := _rally(entry, f"{label}, {place}", report)) is not None
     ]
+    zones = [
+        zone
+        for place, entry in _tables(data.get("no_fly", []), "no_fly", label, report)
+        for zone in _zones(entry, place, folder, label, report)
+    ]
+    return ListedThings(_fence(areas), _fence(zones), tuple(rally), report.count == before)
+
+
+def _fence(areas: list[FenceArea]) -> Fence | None:
     fence = Fence(
         polygons=tuple(area for area in areas if isinstance(area, FencePolygon)),
         circles=tuple(area for area in areas if isinstance(area, FenceCircle)),
     )
-    return ListedThings(fence or None, tuple(rally), report.count == before)
+    return fence or None
+
+
+def _zones(
+    entry: dict[str, Any], place: str, folder: Path, label: str, report: Report
+) -> list[FencePolygon] | list[FenceArea]:
+    """Return the zones of one ``[[no_fly]]``: one area, or all polygons of a file."""
+    where = f"{label}, {place}"
+    for key in entry:
+        if key not in NO_FLY_KEYS:
+            report.error(
+                f"{where} {key_name(key)}", f"is not known{_remedy(key, NO_FLY_KEYS)}", "unknown-key"
+            )
+    name = entry.get("name", "")
+    if not isinstance(name, str):
+        report.error(f"{where} name", f"found {shown(name)}; allowed is text", "wrong-type")
+        name = ""
+    area = {key: entry[key] for key in AREA_KEYS if key in entry}
+    if "file" not in entry:
+        found = _area(area, False, place, label, report)
+        return [] if found is None else [replace(found, name=_printable(name) or place)]
+    if area or not isinstance(entry["file"], str) or not entry["file"].strip():
+        message = "a zone is either drawn here or in the file that is named here"
+        report.error(where, message, "area")
+        return []
+    return read_zones(folder / entry["file"], _printable(name) or place, report)
 
 
 def _tables(found: Any, name: str, label: str, report: Report) -> list[tuple[str, dict[str, Any]]]:

@@ -52,8 +52,9 @@ class Users:
 class Scenario:
     """Everything that is known before planning, in SI units and local metres.
 
-    ``fence`` and ``rally`` stay in degrees, as they go into the mission. ``warnings`` holds what was noticed while
-    reading: a pair beyond the D2D range, keys not used.
+    ``fence``, ``no_fly`` and ``rally`` stay in degrees, as they go into the mission: ``fence`` is what a mission is
+    held to, ``no_fly`` what it is planned round. ``warnings`` holds what was noticed while reading: a pair beyond the
+    D2D range, keys not used.
     """
 
     home: Home
@@ -65,5 +66,6 @@ class Scenario:
     planner: PlannerOptions = field(default_factory=PlannerOptions)
     fence_options: FenceOptions = field(default_factory=FenceOptions)
     fence: Fence | None = None
+    no_fly: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
     warnings: tuple[Problem, ...] = ()

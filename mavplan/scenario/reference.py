@@ -49,8 +49,10 @@ AREA_LISTS = ("inclusion", "exclusion")
 AREA_KEYS = ("polygon_deg", "circle")
 """Keys of an area, of which each has exactly one."""
 
+NO_FLY_KEYS = (*AREA_KEYS, "file", "name")
+"""Keys of a no-fly zone: an area, or a file of them, and what to call it."""
+
 RESERVED = {
-    "no_fly": "no-fly zones",
     "terrain": "terrain",
     "wind": "wind",
 }

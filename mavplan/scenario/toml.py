@@ -65,7 +65,7 @@ def load_scenario(path: Path | str) -> Scenario:
         report.raise_errors()
         raise AssertionError("a file that could not be read left no problem")
     sections = _Sections(data, str(path), report)
-    things = read_lists(data, str(path), report)
+    things = read_lists(data, path.parent, str(path), report)
     users_path = _users_path(data, path, report)
     _note_unknown(data, str(path), report)
     users = None
@@ -130,6 +130,7 @@ def _scenario(
         planner=sections.planner,
         fence_options=sections.fence,
         fence=things.fence,
+        no_fly=things.no_fly,
         rally=things.rally,
         warnings=report.warnings(),
     )
@@ -174,7 +175,7 @@ def _users_path(data: dict[str, Any], path: Path, report: Report) -> Path | None
 def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
     """Note tables that are set aside for later, and keys at the top that nobody knows."""
     for name in data:
-        if name in ("users", "rally") or name in SECTIONS:
+        if name in ("users", "rally", "no_fly") or name in SECTIONS:
             continue
         if name in RESERVED:
             message = (
@@ -182,7 +183,7 @@ def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
             )
             report.warning(f"{label}, [{name}]", message.replace("no a ", "no "), "not-honoured")
             continue
-        known = ["users", *SECTIONS, "rally", *RESERVED]
+        known = ["users", *SECTIONS, "rally", "no_fly", *RESERVED]
         message = f"is not known{_remedy(name, known, '')}"
         report.error(f"{label}, {key_name(name)}", message, "unknown-key")
 

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from mavplan.cli.init import template_text
 from mavplan.planners import PLANNERS
 from mavplan.scenario import load_scenario
-from mavplan.scenario.reference import AREA_KEYS, LISTED, SECTIONS, keys_of
+from mavplan.scenario.reference import AREA_KEYS, LISTED, NO_FLY_KEYS, SECTIONS, keys_of
 from mavplan.scenario.report import figure
 
 DOCS = Path(__file__).resolve().parents[2] / "docs/scenario.md"
@@ -23,7 +23,7 @@ def template_with_everything():
     lines, comments, section = [], {}, ""
     for line in template_text("scenario.toml").splitlines():
         text = re.sub(r"^# (?=[a-z_0-9]+ = |\[\[)", "", line)
-        if header := re.match(r"\[\[?([a-z0-9.]+)\]", text):
+        if header := re.match(r"\[\[?([a-z0-9_.]+)\]", text):
             section = header[1]
         if key := re.match(r"([a-z_0-9]+) = [^#]*(#.*)?$", text):
             comments[section, key[1]] = key[2] or ""
@@ -37,6 +37,8 @@ def test_the_template_documents_every_key_and_no_other():
     assert data.pop("users") == "users.csv"
     (rally,) = data.pop("rally")
     assert set(rally) == set(keys_of("rally"))
+    (zone,) = data.pop("no_fly")
+    assert set(zone) <= set(NO_FLY_KEYS)
     ((polygon,), (circle,)) = (data["fence"].pop("inclusion"), data["fence"].pop("exclusion"))
     assert set(polygon) | set(circle) == {"polygon_deg", "circle"}
     assert set(circle["circle"]) == set(keys_of("fence.circle"))
@@ -87,7 +89,7 @@ def documented():
     rows, section = {}, ""
     for line in DOCS.read_text(encoding="utf-8").splitlines():
         if line.startswith("## "):
-            header = re.match(r"## `\[\[?([a-z0-9.]+)\]", line)
+            header = re.match(r"## `\[\[?([a-z0-9_.]+)\]", line)
             section = header[1] if header else ""
         if section and (cells := re.match(r"\| `([a-z_0-9]+)` \|([^|]*)\|([^|]*)\|([^|]*)\|[^|]+\|$", line)):
             rows[section, cells[1]] = tuple(cell.strip() for cell in cells.groups()[1:])
@@ -97,7 +99,8 @@ def documented():
 def test_the_documentation_has_every_key_and_no_other():
     """One row a key; an area's two keys stand under inclusion."""
     known = {(key.section, key.name) for key in (*ALL_KEYS, *keys_of("rally").values())}
-    assert documented().keys() == known | {("fence.inclusion", key) for key in AREA_KEYS}
+    areas = {("fence.inclusion", key) for key in AREA_KEYS} | {("no_fly", key) for key in NO_FLY_KEYS}
+    assert documented().keys() == known | areas
 
 
 @pytest.mark.parametrize("key", [*ALL_KEYS, *keys_of("rally").values()], ids=lambda key: key.place)

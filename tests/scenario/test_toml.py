@@ -192,10 +192,9 @@ def test_the_users_file_must_be_named_and_there(desk, line, words):
 
 
 def test_what_is_set_aside_for_later_is_a_warning_each_time(desk):
-    """Whoever draws a no-fly zone must not believe that it holds."""
-    scenario = desk.load(toml="[[no_fly]]\nx=1\n[terrain]\n[wind]\nspeed_m_s=3\n")
+    """Whoever gives a wind must not believe that it is planned for."""
+    scenario = desk.load(toml="[terrain]\n[wind]\nspeed_m_s=3\n")
     assert [problem.where.rpartition(", ")[2] for problem in scenario.warnings] == [
-        "[no_fly]",
         "[terrain]",
         "[wind]",
     ]
