@@ -7,6 +7,7 @@ deadline was outlived, an item was sent too often, or fewer were verified than a
 
 import argparse
 import itertools
+import math
 import os
 import sys
 import time
@@ -68,13 +69,13 @@ class Row:
 
 
 def jobs_of(runs: int) -> list[Job]:
-    """Share the runs out over all cells; each gets at least one for each of its firmwares."""
+    """Share the runs out over all cells, no fewer than asked for; each gets at least one for each of its firmwares."""
     weights = sum(cell.weight * len(cell.firmwares) for cell in CELLS)
     return [
         (place, firmware, number)
         for place, cell in enumerate(CELLS)
         for firmware in cell.firmwares
-        for number in range(max(1, round(runs * cell.weight / weights)))
+        for number in range(math.ceil(runs * cell.weight / weights))
     ]
 
 

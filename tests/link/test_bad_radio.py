@@ -1,10 +1,9 @@
 """Hundreds of transfers over bad radios: no outcome is untrue, none comes after its deadline.
 
-The full number runs by ``python -m tests.link.test_bad_radio COUNT``.
+Thousands run by ``python -m benchmarks.transfers``, with a judge that shares nothing with the client.
 """
 
 import random
-import sys
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -98,18 +97,3 @@ def test_fifty_items_get_through_at_a_third_and_at_half_of_all_packets_lost(firm
 def test_doubling_and_overtaking_have_no_effect_on_the_outcome(firmware, faults):
     for seed in range(5):
         assert check(firmware, 24, faults, seed, 120.0).verified
-
-
-def main(count: int) -> None:
-    """Run ``count`` random transfers and print what came of them."""
-    chance = random.Random(2024)
-    outcomes: dict[str, int] = {}
-    for _ in range(count):
-        result = check(*random_case(chance))
-        name = "verified" if result.verified else type(result.error).__name__
-        outcomes[name] = outcomes.get(name, 0) + 1
-    print(f"{count} transfers, none untrue, none late: {outcomes}")
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20_000)

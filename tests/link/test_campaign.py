@@ -43,9 +43,9 @@ def test_the_same_seed_gives_the_same_results():
     assert run_jobs(1, jobs) == run_jobs(1, list(reversed(jobs)))[::-1]
 
 
-def test_every_cell_gets_runs_and_their_number_is_about_what_was_asked_for():
+def test_every_cell_gets_runs_and_there_are_no_fewer_than_asked_for():
     assert {place for place, _, _ in jobs_of(1)} == set(range(len(CELLS)))
-    assert abs(len(jobs_of(20_000)) - 20_000) < len(CELLS)
+    assert 0 <= len(jobs_of(20_000)) - 20_000 < 2 * len(CELLS)
 
 
 # -- the judge can find fault ---------------------------------------------------------------------------------
