@@ -158,7 +158,10 @@ def _session(case: Case, sample: Sample, now: float) -> Session:
 
 
 def _vehicle(case: Case, sample: Sample, chance: random.Random) -> Autopilot:
-    """Make the vehicle, with another mission on it; where nothing is uploaded half the time with this one."""
+    """Make the vehicle, with another mission on it; where nothing is uploaded half the time with this one.
+
+    What is downloaded may have the fence and the rally points of this one beside another mission, or beside none.
+    """
     capacity = chance.randrange(1, case.items) if case.vehicle == "small" else None
     stands_m = HOME.alt_amsl_m + (20.0 if case.vehicle == "high" else 0.0)
     home = (HOME.lat_e7 / 1e7, HOME.lon_e7 / 1e7, stands_m)
@@ -175,6 +178,10 @@ def _vehicle(case: Case, sample: Sample, chance: random.Random) -> Autopilot:
         if case.firmware == "ardupilot" and count == 1:
             count = 0  # home alone is no mission
         put(vehicle, _other_mission(count))
+        if case.work == "download":
+            for kind, items in lists_to_send(sample.mission, AUTOPILOTS[case.firmware]).items():
+                if kind and chance.random() < 0.5:
+                    put(vehicle, items, kind)
     vehicle.vehicle.ready = boot_time_s == 0
     if case.vehicle == "armed":
         vehicle.vehicle.armed = True

@@ -134,6 +134,6 @@ CELLS: tuple[Cell, ...] = (
     Cell("fence, rally points", FENCED, 30, areas=1.0, least_verified=0.999),
     Cell("mixture", (), 80, items=(5, 120), deadlines_s=SOON_OR_LATE, areas=0.2),
     Cell("verify", (), 30, items=(5, 80), deadlines_s=SOON_OR_LATE, areas=0.3, work="verify"),
-    Cell("download", (), 30, items=(5, 80), deadlines_s=SOON_OR_LATE, work="download"),
+    Cell("download", (), 30, items=(5, 80), deadlines_s=SOON_OR_LATE, areas=0.5, work="download"),
     Cell("clear", (), 30, items=(5, 80), deadlines_s=SOON_OR_LATE, areas=0.3, work="clear"),
 )

@@ -99,6 +99,8 @@ def _untrue(outcome: str, ended: Transfer) -> list[str]:
             wrong.append(f"refused, but {when} the vehicle does not hold its old mission")
         elif outcome == "other" and _is_true(ended, held):
             wrong.append(f"said to hold something else, but {when} it holds just this")
+        elif outcome == "other" and _has_mission(ended, held) and not foreign:
+            wrong.append(f"said to hold no mission, but {when} it holds one")
         settle(network, LANDING_S)
     return wrong
 
@@ -110,17 +112,44 @@ def _is_true(ended: Transfer, held: Lists) -> bool:
         home = int(ended.case.firmware == "ardupilot")
         return len(held[0]) <= home and not held[1] and not held[2]
     if isinstance(session, DownloadSession):
-        return session.mission is not None and _was_read(session.mission, held[0], ended.case.firmware)
+        return session.mission is not None and _was_read(session, session.mission, held, ended.case.firmware)
     return sample.is_held(held[0]) and sample.areas_are_held(held[1], held[2])
 
 
-def _was_read(mission: Mission, held: Sequence[StoredItem], firmware: str) -> bool:
-    flown = held[1:] if firmware == "ardupilot" else held
-    return len(flown) == len(mission.items) and all(
+def _has_mission(ended: Transfer, held: Lists) -> bool:
+    """Whether a vehicle whose mission was to be read has one."""
+    home = int(ended.case.firmware == "ardupilot")
+    return isinstance(ended.run.session, DownloadSession) and len(held[0]) > home
+
+
+def _was_read(session: DownloadSession, mission: Mission, held: Lists, firmware: str) -> bool:
+    """Whether what was read is what the vehicle holds; the mock gives every list, so none may be said to be missing."""
+    flown = held[0][1:] if firmware == "ardupilot" else held[0]
+    items = len(flown) == len(mission.items) and all(
         (read.command, read.lat_e7, read.lon_e7, read.alt_m, repr(read.params))
         == (item.command, item.x, item.y, item.z, repr(item.params))
         for read, item in zip(mission.items, flown, strict=True)
     )
+    given = not any(problem.code == "not-given" for problem in session.warnings)
+    fence = _areas(mission) == [(item.command, item.params[0], item.x, item.y) for item in held[1]]
+    points = [(point.lat_e7, point.lon_e7, point.alt_rel_m) for point in mission.rally]
+    rally = points == [(item.x, item.y, item.z) for item in held[2]]
+    return items and fence and rally and given
+
+
+def _areas(mission: Mission) -> list[tuple[int, float, int, int]]:
+    """Write a fence down as a vehicle holds it: command, vertices or radius, and place of each item."""
+    if mission.fence is None:
+        return []
+    corners = [
+        (5001 if polygon.inclusion else 5002, float(len(polygon.vertices_e7)), *vertex)
+        for polygon in mission.fence.polygons
+        for vertex in polygon.vertices_e7
+    ]
+    return corners + [
+        (5003 if circle.inclusion else 5004, circle.radius_m, circle.lat_e7, circle.lon_e7)
+        for circle in mission.fence.circles
+    ]
 
 
 def _is_kept(ended: Transfer, held: Lists) -> bool:

@@ -1,4 +1,4 @@
-"""``mavplan download``: the mission that a vehicle holds, into a file."""
+"""``mavplan download``: the mission that a vehicle holds, with its fence and rally points, into a file."""
 
 import json
 from pathlib import Path
@@ -6,7 +6,8 @@ from pathlib import Path
 import click
 
 from mavplan.cli.link_options import check_via, link_options, open_link, via_option
-from mavplan.cli.upload import link_progress
+from mavplan.cli.upload import link_progress, tell_failure
+from mavplan.errors import MavplanError
 
 
 @click.command("download", short_help="Save the mission that a vehicle holds.")
@@ -22,6 +23,7 @@ from mavplan.cli.upload import link_progress
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="Refuse a vehicle with another firmware."
 )
+@click.option("--mission-only", is_flag=True, help="Leave out its fence and its rally points.")
 @via_option
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def download_command(
@@ -30,16 +32,21 @@ def download_command(
     system: int | None,
     timeout_s: float,
     autopilot: str | None,
+    mission_only: bool,
     signing_key: Path | None,
     via: str,
     as_json: bool,
 ) -> None:
-    """Write the mission that a vehicle holds to FILE, without its fence and rally points; nothing on it is changed.
+    """Write the mission that a vehicle holds to FILE, with its fence and rally points; nothing on it is changed.
+
+    A .waypoints file cannot hold a fence or rally points: they are left out of it, with a warning. Exit code 0: the
+    mission is in FILE. 6: the vehicle holds none. 3: no vehicle was heard. 4: it does not give its mission. 5: what it
+    holds could not be had in time; then FILE is as it was.
 
     \b
     mavplan download --conn udp:0.0.0.0:14550 -o held.plan
     """
-    from mavplan.cli.console import say_problems
+    from mavplan.cli.console import counted, say_problems
     from mavplan.formats import format_of, write_mission
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import download_mission
@@ -47,32 +54,42 @@ def download_command(
     check_via(via, signing_key)
     endpoint = parse_endpoint(conn)
     format_of(output)
-    with (
-        open_link(endpoint, timeout_s, signing_key) as connection,
-        link_progress("downloading") as show,
-    ):
-        held = download_mission(
-            connection,
-            deadline_s=timeout_s,
-            system=system,
-            autopilot=autopilot,  # type: ignore[arg-type]
-            place=str(endpoint),
-            progress=show,
-            via=via,  # type: ignore[arg-type]
-        )
-    say_problems(held.warnings)
-    say_problems(write_mission(held.mission, output))
-    if as_json:
-        items = len(held.mission.items)
-        click.echo(
-            json.dumps(
-                {
-                    "outcome": "downloaded",
-                    "items": items,
-                    "autopilot": held.mission.autopilot,
-                    "file": str(output),
-                }
+    try:
+        with (
+            open_link(endpoint, timeout_s, signing_key) as connection,
+            link_progress("downloading") as show,
+        ):
+            held = download_mission(
+                connection,
+                deadline_s=timeout_s,
+                system=system,
+                autopilot=autopilot,  # type: ignore[arg-type]
+                mission_only=mission_only,
+                place=str(endpoint),
+                progress=show,
+                via=via,  # type: ignore[arg-type]
             )
-        )
+    except MavplanError as error:
+        tell_failure(error, as_json)
+        raise
+    say_problems(held.warnings)
+    warnings = write_mission(held.mission, output)
+    say_problems(warnings)
+    if as_json:
+        told = {
+            "outcome": "downloaded",
+            "items": len(held.mission.items),
+            "fence_items": held.fence_items,
+            "rally_items": held.rally_items,
+            "autopilot": held.mission.autopilot,
+            "file": str(output),
+            "warnings": [str(problem) for problem in (*held.warnings, *warnings)],
+        }
+        click.echo(json.dumps(told))
     else:
-        click.echo(f"written: {output}, {len(held.mission.items)} items")
+        counts = [f"{len(held.mission.items)} items"]
+        if held.fence_items:
+            counts.append(f"{held.fence_items} of the fence")
+        if held.rally_items:
+            counts.append(counted(held.rally_items, "rally point"))
+        click.echo(f"written: {output}, {', '.join(counts)}")

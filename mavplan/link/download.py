@@ -85,6 +85,8 @@ class Download(Transfer):
         )
         self.outcome: DownloadOutcome | None = None
         self.attempts = 0
+        self.answered = False
+        """Whether the vehicle has said anything to a request for this list."""
         self.opaque_id: int | None = None
         """The vehicle's checksum of what it gave."""
         self._phase = phase
@@ -99,6 +101,11 @@ class Download(Transfer):
         self._heard_at = now
         self._refusals = 0
         self._begin(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take a message of the link, whoever it is from."""
+        self.answered = self.answered or self._concerns_us(message)
+        super().receive(message, now)
 
     def restart(self, now: float, pause_s: float = 0.0) -> None:
         """Do it all again, after a pause: what was fetched so far may be out of date."""

@@ -54,6 +54,8 @@ class Session(ABC):
         self._heartbeat_at = now
         self._pace = Pace()
         self._stamps: set[int] = set()
+        self._round_trips = 0
+        """Time stamps of ours that the vehicle has sent back: the link carried each both ways."""
         self._outbox: list[Message] = []
         self._notes: list[Progress] = [Progress("connecting")]
         self._watch: Watch | None = None
@@ -71,6 +73,7 @@ class Session(ABC):
             return
         if message.get_type() == "TIMESYNC" and message.ts1 in self._stamps and message.tc1:
             self._stamps.remove(message.ts1)
+            self._round_trips += 1
             self._pace.saw(now - message.ts1 / 1e9)
         if self._watch is None:
             self._discovery.receive(message, now)

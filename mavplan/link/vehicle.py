@@ -12,7 +12,7 @@ from mavplan.link.codec import Codec
 from mavplan.link.connection import Connection
 from mavplan.link.download_session import DownloadSession
 from mavplan.link.home import MAX_HOME_DISTANCE_M, MAX_HOME_HEIGHT_M
-from mavplan.link.protocol import sender
+from mavplan.link.protocol import MissionType, sender
 from mavplan.link.report import DiffersError, UploadReport
 from mavplan.link.session import Session
 from mavplan.link.transfer import Progress
@@ -120,10 +120,22 @@ def upload_mission(
 
 @dataclass(frozen=True, slots=True)
 class Downloaded:
-    """A mission as a vehicle holds it, and what had to be assumed about it."""
+    """What a vehicle holds.
+
+    Attributes
+    ----------
+    mission
+        With its fence and its rally points.
+    warnings
+        What had to be assumed about it, and what was left out.
+    fence_items, rally_items
+        Items of the fence and of the rally points on the wire; None: not asked for, or not told.
+    """
 
     mission: Mission
     warnings: tuple[Problem, ...]
+    fence_items: int | None = None
+    rally_items: int | None = None
 
 
 def download_mission(
@@ -132,11 +144,12 @@ def download_mission(
     deadline_s: float = DOWNLOAD_DEADLINE_S,
     system: int | None = None,
     autopilot: Autopilot | None = None,
+    mission_only: bool = False,
     place: str = "this connection",
     progress: ProgressCallback | None = None,
     via: Via = "own",
 ) -> Downloaded:
-    """Fetch the mission that the vehicle of a link holds.
+    """Fetch the mission that the vehicle of a link holds, its fence and its rally points.
 
     Parameters
     ----------
@@ -144,6 +157,8 @@ def download_mission(
         As for `upload_mission`.
     autopilot
         The firmware it must run; None takes either.
+    mission_only
+        Leave out its fence and its rally points.
 
     Raises
     ------
@@ -156,7 +171,7 @@ def download_mission(
     UncertainError
         It did not give all of it in time.
     CheckError
-        It holds none.
+        It holds no mission.
     """
     with _carrier(via, connection) as (transfers, station):
         session = DownloadSession(
@@ -165,12 +180,18 @@ def download_mission(
             system=system,
             place=place,
             wanted=autopilot,
+            mission_only=mission_only,
             transfers=transfers,
         )
         drive(session, connection, progress, station)
     if session.mission is None:
         raise session.error or MavplanError("the download ended without an outcome")
-    return Downloaded(session.mission, (*session.warnings, *dropped_warnings(connection)))
+    return Downloaded(
+        session.mission,
+        (*session.warnings, *dropped_warnings(connection)),
+        session.count(MissionType.FENCE),
+        session.count(MissionType.RALLY),
+    )
 
 
 @contextlib.contextmanager

@@ -66,7 +66,11 @@ class Watch:
     @property
     def foreign_signs(self) -> int:
         """The same, and refusals that another station got: it may try again."""
-        return self.writes[self.mission_type] + self._denials[self.mission_type]
+        return self.signs_of(self.mission_type)
+
+    def signs_of(self, mission_type: int) -> int:
+        """Return as `foreign_signs`, of any list."""
+        return self.writes[mission_type] + self._denials[mission_type]
 
     def texts_since(self, heard: int) -> list[str]:
         """Return the texts that came after so many of them had been heard, as far as they are kept."""

@@ -59,7 +59,10 @@ def test_a_fence_and_rally_points_go_before_the_mission(tmp_path, firmware):
     with vehicle(firmware) as (_, (line,)):
         up = mavplan("upload", "fenced.plan", *via(line), folder=tmp_path)
         held = mavplan("verify", "fenced.plan", *via(line)[:4], folder=tmp_path)
-    assert (up.returncode, held.returncode) == (0, 0), up.stderr + held.stderr
+        down = mavplan("download", *via(line), "-o", "held.plan", folder=tmp_path)
+    assert (up.returncode, held.returncode, down.returncode) == (0, 0, 0), up.stderr + held.stderr
+    back = read_mission(tmp_path / "held.plan")
+    assert (back.fence, back.rally) == (fence, rally), down.stderr
     assert "fence" in held.stdout
     assert "rally" in held.stdout
 

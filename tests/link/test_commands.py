@@ -14,6 +14,7 @@ from mavplan.formats import read_mission, write_mission
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.readback import differences
 from mavplan.mission.wire import to_wire
+from tests.link.fenced import fenced
 from tests.link.harness import make_mission
 from tests.sitl_mock.process import mock, port_of
 
@@ -71,6 +72,40 @@ def test_upload_and_download_over_every_kind_of_socket(tmp_path, firmware, way):
     rules = AUTOPILOTS[firmware]
     sent, held = (to_wire(read_mission(path), rules) for path in (file, tmp_path / "held.plan"))
     assert differences(sent, held, rules) == []
+
+
+@pytest.mark.parametrize("firmware", ["px4"])
+def test_a_fence_and_rally_points_come_back_in_a_plan_and_are_left_out_of_a_waypoints_file(
+    tmp_path, firmware
+):
+    mission = fenced(firmware, 2)
+    write_mission(mission, tmp_path / "fenced.plan")
+    with mock("--firmware", firmware, "--conn", "tcpin:127.0.0.1:0", "--home", HOME) as (_, (line,)):
+        conn = ["--conn", f"tcp:127.0.0.1:{port_of(line)}", "--system", 1]
+        assert mavplan("upload", "fenced.plan", *conn, folder=tmp_path).returncode == 0
+        whole = mavplan("download", *conn, "-o", "held.plan", "--json", folder=tmp_path)
+        flat = mavplan("download", *conn, "-o", "held.waypoints", folder=tmp_path)
+        alone = mavplan("download", *conn, "-o", "alone.plan", "--mission-only", "--json", folder=tmp_path)
+        cleared = mavplan("clear", *conn, "--yes", folder=tmp_path)
+        none = mavplan("download", *conn, "-o", "none.plan", "--json", folder=tmp_path)
+    codes = [ran.returncode for ran in (whole, flat, alone, cleared, none)]
+    assert codes == [0, 0, 0, 0, 6], whole.stderr + flat.stderr + alone.stderr + none.stderr
+    held = read_mission(tmp_path / "held.plan")
+    assert (held.fence, held.rally) == (mission.fence, mission.rally)
+    told = json.loads(whole.stdout)
+    assert (told["items"], told["fence_items"], told["rally_items"]) == (len(mission.items), 5, 2)
+    assert (
+        flat.stdout
+        == f"written: held.waypoints, {len(mission.items)} items, 5 of the fence, 2 rally points\n"
+    )
+    assert "fence areas cannot stand in this format" in flat.stderr
+    assert "rally points cannot stand in this format" in flat.stderr
+    only = json.loads(alone.stdout)
+    assert (only["fence_items"], only["rally_items"], only["warnings"]) == (None, None, [])
+    assert read_mission(tmp_path / "alone.plan").fence is None
+    assert json.loads(none.stdout)["exit_code"] == 6
+    assert "only a fence of 5 items and 2 rally points" in none.stderr
+    assert not (tmp_path / "none.plan").exists()
 
 
 class Relay:
