@@ -1,0 +1,113 @@
+"""Whether a flight is one of this plan at all: by the items it told of, and by where it hovered. Pure."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from mavplan.errors import InputError, Problem
+from mavplan.mission.autopilots import AUTOPILOTS
+from mavplan.proof.holds import NEAR_M, Hover
+from mavplan.proof.model import FlownStop
+from mavplan.stored_plan import StoredPlan
+from mavplan.track.model import Floats, ItemEvent, Track
+
+LONG_S = 3.0
+"""A hover at least so long, away from home and from every stop, is a stop of another mission."""
+
+ODD_M = 30.0
+"""A stop that was held further from its place is odd: wind, or another plan."""
+
+
+def recognise(
+    plan: StoredPlan,
+    track: Track,
+    stops: Sequence[FlownStop],
+    hovers: Sequence[Hover],
+    places_m: Floats,
+    words: Sequence[ItemEvent],
+    radius_m: float,
+) -> tuple[Problem, ...]:
+    """Return what is odd about a flight as one of this plan.
+
+    Parameters
+    ----------
+    stops
+        The M stops as flown.
+    hovers
+        Where the vehicle hovered.
+    places_m
+        (M, 2) the planned places.
+    words
+        What it said about items, counted from 0 without home.
+    radius_m
+        Coverage radius.
+
+    Raises
+    ------
+    InputError
+        It is one of another plan.
+    """
+    other = next(_other_plan(plan, stops, hovers, places_m, words, radius_m), None)
+    if other is not None:
+        message = f"is not a flight of {plan.label}: {other}"
+        raise InputError([Problem(track.label, message, "other-plan"), *track.notes])
+    return tuple(_odd(plan, track, stops))
+
+
+def _other_plan(
+    plan: StoredPlan,
+    stops: Sequence[FlownStop],
+    hovers: Sequence[Hover],
+    places_m: Floats,
+    words: Sequence[ItemEvent],
+    radius_m: float,
+) -> Iterator[str]:
+    """Yield why this is another plan's flight."""
+    last = plan.stops[-1].items.hold + 1
+    furthest = max((word.seq for word in words), default=0)
+    if furthest > last:
+        yield f"it reached item {furthest}, the plan's mission ends with item {last} (counted from 0 without home)"
+    held = [stop for stop in stops if stop.span is not None]
+    if held and all(stop.away_m > radius_m for stop in held):
+        nearest_m = min(stop.away_m for stop in held)
+        yield (
+            f"of {len(held)} stops that it held none is within {radius_m:,.0f} m of the planned place "
+            f"(the nearest is {nearest_m:,.0f} m away)"
+        )
+    at_m = np.array([(hover.x_m, hover.y_m) for hover in hovers]).reshape(-1, 2)
+    to_stops_m = np.hypot(*(places_m[:, None, :] - at_m[None, :, :]).transpose(2, 0, 1))
+    if not held:
+        away = [
+            hover
+            for number, hover in enumerate(hovers)
+            if hover.span.length_s >= LONG_S
+            and to_stops_m[:, number].min() > NEAR_M
+            and np.hypot(hover.x_m, hover.y_m) > NEAR_M
+        ]
+        if away:
+            yield f"it hovered {len(away)} times, never within {NEAR_M:g} m of a planned stop"
+    elif not words:
+        # Stops that were hovered at, but not in the plan's order.
+        passed = int((to_stops_m.min(axis=1, initial=np.inf) <= NEAR_M).sum())
+        if 2 * len(held) <= passed and passed > 2:
+            yield f"it hovered at {passed} of the planned stops, in another order"
+
+
+def _odd(plan: StoredPlan, track: Track, stops: Sequence[FlownStop]) -> Iterator[Problem]:
+    if track.autopilot not in (None, plan.autopilot):
+        message = (
+            f"{AUTOPILOTS[track.autopilot].title} flew it, the plan is for {AUTOPILOTS[plan.autopilot].title}: "
+            "what the vehicle said about its items is not used"
+        )
+        yield Problem(track.label, message, "other-autopilot", "warning")
+    if track.autopilot is None and track.reached:
+        message = "does not say which autopilot flew it: items are counted as the plan's would"
+        yield Problem(track.label, message, "unknown-autopilot", "warning")
+    odd = [number for number, stop in enumerate(stops, start=1) if stop.span and stop.away_m > ODD_M]
+    if odd:
+        numbers = ", ".join(map(str, odd[:8])) + (f" and {len(odd) - 8} more" if len(odd) > 8 else "")
+        message = (
+            f"stop{'s' if len(odd) > 1 else ''} {numbers} {'were' if len(odd) > 1 else 'was'} held more than "
+            f"{ODD_M:g} m from the planned place: wind, or is this another plan's flight?"
+        )
+        yield Problem(track.label, message, "far-from-place", "warning")
