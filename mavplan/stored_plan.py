@@ -85,6 +85,8 @@ class StoredPlan:
         (N,) whether the user is served through its mate.
     schedule
         TDMA: who is served when; empty for broadcast.
+    in_flight
+        Whether its holds count on what users receive in flight.
     flight_s, hover_s, mission_s
         Forecast.
     vehicle
@@ -99,6 +101,7 @@ class StoredPlan:
     stop_of: Ints
     d2d: Bools
     schedule: tuple[Slot, ...]
+    in_flight: bool
     flight_s: float
     hover_s: float
     mission_s: float
@@ -177,6 +180,7 @@ class _User:
     stop: _Index
     via: Literal["air", "d2d"]
     mate: str | None
+    in_flight_mbit: Annotated[float, Field(ge=0)] | None = None
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
@@ -331,6 +335,9 @@ def _plan(file: _File, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         schedule=tuple(
             Slot(slot.stop, index[slot.user], slot.start_s, slot.duration_s) for slot in file.schedule
         ),
+        # Without it in the service, the planner may have counted on it: then each user says what it expects.
+        in_flight=bool(sections.service.in_flight)
+        or any(user.in_flight_mbit is not None for user in file.users),
         flight_s=file.flight_s,
         hover_s=file.hover_s,
         mission_s=file.mission_s,

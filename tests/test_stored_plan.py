@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -70,6 +71,15 @@ def test_a_tdma_schedule_comes_back():
         [slot.duration_s for slot in plan.holds.schedule],
         atol=1e-6,
     )
+
+
+def test_whether_the_plan_counts_on_what_is_received_in_flight_is_known():
+    scenario = make_scenario([(0, 500), (900, 900)])
+    assert not parse_plan(dumps(make_plan(scenario)), "x").in_flight
+    counting = replace(scenario, service=replace(scenario.service, in_flight=True))
+    assert parse_plan(dumps(make_plan(counting)), "x").in_flight
+    expecting = edited(lambda data: data["users"][0].update(in_flight_mbit=3.5))
+    assert parse_plan(expecting, "x").in_flight
 
 
 def test_a_mission_files_name_stands_for_the_plan_beside_it(tmp_path):

@@ -27,6 +27,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "verify": ("mavplan.cli.verify:verify_command", "Tell whether a vehicle holds this mission."),
     "info": ("mavplan.cli.info:info_command", "Tell what a vehicle is and holds."),
     "clear": ("mavplan.cli.clear:clear_command", "Delete what a vehicle holds."),
+    "prove": ("mavplan.cli.prove:prove_command", "Work out from a flight's log what every user received."),
+    "replan": ("mavplan.cli.replan:replan_command", "Make a scenario of the users not yet served."),
     "sim": ("mavplan.cli.sim:sim_command", "Start a mock vehicle to try things on."),
     "demo": ("mavplan.cli.demo:demo_command", "From a scenario to a verified mission on a mock vehicle."),
 }

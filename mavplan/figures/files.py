@@ -9,13 +9,14 @@ import numpy as np
 from mavplan.errors import InputError, Problem
 from mavplan.figures.map import draw_map
 from mavplan.planners.trajectory import Trajectory
-from mavplan.scenario.model import Users
+from mavplan.scenario.model import Floats, Users
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mavplan.comparison import Comparison
     from mavplan.plan import Plan
+    from mavplan.proof.model import Proof
 
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -42,6 +43,29 @@ def draw_plan(plan: "Plan", path: Path) -> bytes:
     figure.suptitle(
         f"{trajectory.planner.upper()}, {len(trajectory.stop_at)} stops for {len(plan.scenario.users)} users: "
         f"{plan.forecast.flight_s / 60:.1f} min flight + {plan.holds.hover_s / 60:.1f} min hover",
+        fontsize=10,
+    )
+    _legend(figure)
+    return _saved(figure, path)
+
+
+def draw_proof(proof: "Proof", path: Path) -> bytes:
+    """Return the map of a proof: the track over the plan, and who is short.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed.
+    """
+    from mavplan.figures.proof_map import draw_proof_map, drawn_m
+
+    figure = _figure(_fitting_in(np.ptp(drawn_m(proof), axis=0)))
+    draw_proof_map(figure.add_subplot(), proof)
+    met, users = int(proof.met.sum()), len(proof.met)
+    held = sum(stop.span is not None for stop in proof.stops)
+    figure.suptitle(
+        f"{met} of {users} users received what they need; {held} of {len(proof.stops)} stops held, "
+        f"{proof.flight.flown_s / 60:.1f} min flown",
         fontsize=10,
     )
     _legend(figure)
@@ -82,7 +106,12 @@ def _figure(size_in: tuple[float, float]) -> "Figure":
 
 def _size_in(users: Users, trajectory: Trajectory) -> tuple[float, float]:
     """Return width and height in inches that fit what is drawn, with a scale alike on both axes."""
-    width_m, height_m = np.ptp(np.vstack([users.xy_m, trajectory.path_m]), axis=0) + 2 * trajectory.radius_m
+    return _fitting_in(np.ptp(np.vstack([users.xy_m, trajectory.path_m]), axis=0) + 2 * trajectory.radius_m)
+
+
+def _fitting_in(extent_m: Floats) -> tuple[float, float]:
+    """Return width and height in inches for so many metres east and north."""
+    width_m, height_m = np.maximum(extent_m, 1.0)
     scale = 8.0 / max(width_m, height_m)
     return max(6.5, width_m * scale + 1.0), max(5.0, height_m * scale + 1.2)
 

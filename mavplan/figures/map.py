@@ -65,7 +65,7 @@ def draw_map(ax: "Axes", users: Users, trajectory: Trajectory, hold_s: Floats | 
             ax.annotate(
                 name.replace("$", r"\$"), place, (4, 4), textcoords="offset points", fontsize=6, color="0.35"
             )
-    _number_stops(ax, stops, hold_s)
+    number_stops(ax, stops, hold_s)
     reach = trajectory.radius_m
     ax.update_datalim(np.vstack([stops - reach, stops + reach]))
     ax.set_aspect("equal", adjustable="box")
@@ -75,7 +75,7 @@ def draw_map(ax: "Axes", users: Users, trajectory: Trajectory, hold_s: Floats | 
     return ax
 
 
-def _number_stops(ax: "Axes", stops_m: Floats, hold_s: Floats | None) -> None:
+def number_stops(ax: "Axes", stops_m: Floats, hold_s: Floats | None) -> None:
     """Write each stop's number, and its hold, at its place."""
     from matplotlib.patheffects import withStroke
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from mavplan.errors import InputError, Problem
 from mavplan.geo import LocalPlane
-from mavplan.inflight import counts_in_flight
 from mavplan.proof.holds import Hold, find_holds, find_hovers
 from mavplan.proof.model import FlownStop, Proof
 from mavplan.proof.path import GAP_S, Path, cut, flown_path
@@ -39,7 +38,7 @@ def prove(plan: StoredPlan, track: Track, in_flight: bool | None = None) -> Proo
         The track holds no flight, or one that is not of this plan.
     """
     scenario = plan.scenario
-    in_flight = counts_in_flight(scenario) if in_flight is None else in_flight
+    in_flight = plan.in_flight if in_flight is None else in_flight
     flight = find_flight(track)
     plane = LocalPlane(scenario.home.lat_deg, scenario.home.lon_deg)
     places_m = plane.to_xy_m([stop.lat_deg for stop in plan.stops], [stop.lon_deg for stop in plan.stops])

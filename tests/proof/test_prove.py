@@ -77,9 +77,9 @@ def test_in_flight_counts_where_the_plan_counts_on_it_or_it_is_asked_for():
     assert not prove(plan, track).met.any()
     assert prove(plan, track).flight_bit[0] > 50e6
     assert prove(plan, track, in_flight=True).met.tolist() == [True, False, False, False]
-    counting = replace(plan.scenario, service=replace(plan.scenario.service, in_flight=True))
-    assert prove(replace(plan, scenario=counting), track).met.tolist() == [True, False, False, False]
-    assert not prove(replace(plan, scenario=counting), track, in_flight=False).met.any()
+    counting = replace(plan, in_flight=True)
+    assert prove(counting, track).met.tolist() == [True, False, False, False]
+    assert not prove(counting, track, in_flight=False).met.any()
 
 
 def test_too_low_nothing_counts():

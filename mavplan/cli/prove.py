@@ -1,0 +1,75 @@
+"""``mavplan prove``: from a flight's log, what every user of the plan really received."""
+
+import json
+from pathlib import Path
+
+import click
+
+
+@click.command("prove", short_help="Work out from a flight's log what every user received.")
+@click.argument("track", type=click.Path(path_type=Path))
+@click.option(
+    "--plan",
+    "plan_file",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="The plan that was flown: X.mavplan.json, or the mission file beside it.",
+)
+@click.option("--system", type=click.IntRange(1, 255), help="The vehicle, where a tlog holds several.")
+@click.option(
+    "--in-flight/--no-in-flight",
+    "in_flight",
+    default=None,
+    help="Count what users receive between stops, or not. Default: where the plan counts on it.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "picture",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Draw the track over the plan: .png, .svg or .pdf.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the tables.")
+def prove_command(
+    track: Path,
+    plan_file: Path,
+    system: int | None,
+    in_flight: bool | None,
+    picture: Path | None,
+    as_json: bool,
+) -> None:
+    """Work out what every user received in the flight that TRACK recorded.
+
+    TRACK is a .tlog, an ArduPilot .bin, a PX4 .ulg, or CSV with time_s, lat_deg, lon_deg, alt_rel_m. The channel is
+    integrated along where the vehicle really was. Exit code 0: every demand is met. 6: one is not. 2: nothing can be
+    said, or it is another plan's flight.
+
+    \b
+    mavplan prove flight.tlog --plan valley.mavplan.json -o proof.png
+    mavplan prove 00000012.BIN --plan valley.plan --json
+    """
+    from mavplan.cli.console import say_problems
+    from mavplan.cli.proof_tables import print_proof, shortfall, to_json
+    from mavplan.figures.files import check_picture, draw_proof
+    from mavplan.formats.atomic import atomic_write
+    from mavplan.proof.prove import prove
+    from mavplan.stored_plan import read_plan
+    from mavplan.track.read import read_track
+
+    if picture is not None:
+        check_picture(picture)
+    plan = read_plan(plan_file)
+    proof = prove(plan, read_track(track, system), in_flight)
+    if picture is not None:
+        atomic_write(picture, draw_proof(proof, picture))
+    say_problems(proof.notes)
+    if as_json:
+        click.echo(json.dumps(to_json(proof), ensure_ascii=False, allow_nan=False))
+    else:
+        print_proof(proof)
+        if picture is not None:
+            click.echo(f"written: {picture}")
+    if not proof.all_met:
+        raise shortfall(proof)

@@ -1,0 +1,92 @@
+"""``mavplan replan``: after a flight, a scenario of the users not yet served."""
+
+from pathlib import Path
+
+import click
+
+from mavplan.errors import InputError, Problem
+
+FILES = ("scenario.toml", "users.csv")
+"""What is written, as ``mavplan init`` names it."""
+
+
+@click.command("replan", short_help="Make a scenario of the users not yet served.")
+@click.argument("track", type=click.Path(path_type=Path))
+@click.option(
+    "--plan",
+    "plan_file",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="The plan that was flown: X.mavplan.json, or the mission file beside it.",
+)
+@click.option("--system", type=click.IntRange(1, 255), help="The vehicle, where a tlog holds several.")
+@click.option(
+    "--in-flight/--no-in-flight",
+    "in_flight",
+    default=None,
+    help="Count what users receive between stops, or not. Default: where the plan counts on it.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="FOLDER",
+    help="Where to write scenario.toml and users.csv.",
+)
+def replan_command(
+    track: Path, plan_file: Path, system: int | None, in_flight: bool | None, folder: Path
+) -> None:
+    """Write a scenario of the users that did not get what they need in the flight that TRACK recorded.
+
+    After an abort, a battery swap or a crash: each with what it still lacks, home, radio and vehicle as they were.
+    Where everybody is served nothing is written.
+
+    \b
+    mavplan replan flight.tlog --plan valley.mavplan.json -o rest
+    mavplan plan rest/scenario.toml
+    """
+    from mavplan.cli.console import counted, printable, say_problems
+    from mavplan.formats.atomic import write_all
+    from mavplan.proof.prove import prove
+    from mavplan.proof.rest import rest_of
+    from mavplan.scenario.write import scenario_toml, users_csv
+    from mavplan.stored_plan import read_plan
+    from mavplan.track.read import read_track
+
+    plan = read_plan(plan_file)
+    proof = prove(plan, read_track(track, system), in_flight)
+    say_problems(proof.notes)
+    rest = rest_of(proof)
+    if rest is None:
+        click.echo(
+            f"all {counted(len(proof.met), 'user')} received what they need: nothing is left, nothing is written"
+        )
+        return
+    targets = [folder / name for name in FILES]
+    in_the_way = [
+        Problem(str(path), "is there already and is not overwritten; name another folder", "exists")
+        for path in targets
+        if path.exists() or path.is_symlink()
+    ]
+    if in_the_way:
+        raise InputError(in_the_way)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"the folder cannot be made: {error.strerror or error}"
+        raise InputError([Problem(str(folder), message, "no-folder")]) from error
+    remark = (
+        f"The users that {track.name} left over of {plan_file.name}, each with what it still needs.\n\n"
+        f"  mavplan plan {targets[0].name}"
+    )
+    contents = (scenario_toml(rest, FILES[1], printable(remark)), users_csv(rest.users))
+    write_all(zip(targets, contents, strict=True))
+    short = int((~proof.met).sum())
+    relays = len(rest.users) - short
+    beside = f" and {counted(relays, 'mate')} that may relay" if relays else ""
+    left_mbit = rest.users.demand_bit.sum() / 1e6
+    click.echo(f"{counted(short, 'user')}{beside} left, {left_mbit:,.1f} Mbit in all")
+    click.echo(f"written: {targets[0]}, {targets[1]}")
