@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-from collections.abc import Iterator
 from typing import Any
 
 from mavplan.geo import E7
@@ -41,7 +40,11 @@ def scenario_toml(scenario: Scenario, users_file: str, remark: str) -> str:
         lines += ["", f"[{name}]"]
         lines += [_line(key, getattr(given[name], key.name)) for key in keys_of(name).values()]
         if name == "fence" and scenario.fence is not None:
-            lines += _areas(scenario.fence)
+            for area in _areas(scenario.fence):
+                side = "inclusion" if area.inclusion else "exclusion"
+                lines += ["", f"[[fence.{side}]]", _area(area)]
+    for area in _areas(scenario.no_fly) if scenario.no_fly is not None else ():
+        lines += ["", "[[no_fly]]", _area(area), *([f"name = {_value(area.name)}"] if area.name else [])]
     for point in scenario.rally:
         lines += [
             "",
@@ -91,14 +94,14 @@ def _degrees(e7: int) -> str:
     return repr(e7 / E7)
 
 
-def _areas(fence: Fence) -> Iterator[str]:
-    areas: list[FenceArea] = [*fence.polygons, *fence.circles]
-    for area in areas:
-        yield ""
-        yield f"[[fence.{'inclusion' if area.inclusion else 'exclusion'}]]"
-        if isinstance(area, FenceCircle):
-            place = f"lat_deg = {_degrees(area.lat_e7)}, lon_deg = {_degrees(area.lon_e7)}"
-            yield f"circle = {{ {place}, radius_m = {_value(area.radius_m)} }}"
-        else:
-            vertices = ", ".join(f"[{_degrees(lat)}, {_degrees(lon)}]" for lat, lon in area.vertices_e7)
-            yield f"polygon_deg = [{vertices}]"
+def _areas(fence: Fence) -> tuple[FenceArea, ...]:
+    return (*fence.polygons, *fence.circles)
+
+
+def _area(area: FenceArea) -> str:
+    """Return an area as a key of its table."""
+    if isinstance(area, FenceCircle):
+        place = f"lat_deg = {_degrees(area.lat_e7)}, lon_deg = {_degrees(area.lon_e7)}"
+        return f"circle = {{ {place}, radius_m = {_value(area.radius_m)} }}"
+    vertices = ", ".join(f"[{_degrees(lat)}, {_degrees(lon)}]" for lat, lon in area.vertices_e7)
+    return f"polygon_deg = [{vertices}]"

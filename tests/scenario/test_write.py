@@ -41,7 +41,7 @@ def test_the_gallery_comes_back_as_it_was(name, tmp_path):
     assert fingerprint(back(scenario, tmp_path)) == fingerprint(scenario)
 
 
-def test_a_fence_and_rally_points_come_back(tmp_path):
+def test_a_fence_zones_and_rally_points_come_back(tmp_path):
     scenario = load_scenario(GALLERY / "valley" / "scenario.toml")
     ring = (
         (465_000_000, 78_000_000),
@@ -49,9 +49,13 @@ def test_a_fence_and_rally_points_come_back(tmp_path):
         (466_500_000, 80_000_000),
         (465_000_000, 80_000_000),
     )
+    school = ((465_100_000, 78_100_000), (465_200_000, 78_100_000), (465_200_000, 78_200_000))
     scenario = replace(
         scenario,
         fence=Fence((FencePolygon(True, ring),), (FenceCircle(False, 466_000_001, 79_400_000, 50.5),)),
+        no_fly=Fence(
+            (FencePolygon(False, school, "school"),), (FenceCircle(False, 466_000_001, 79_600_000, 20.0),)
+        ),
         fence_options=FenceOptions(max_alt_rel_m=140.0, margin_m=1.5),
         rally=(
             RallyPoint(465_830_000, 79_098_000, 40.0, 'a "meadow"'),
@@ -59,6 +63,8 @@ def test_a_fence_and_rally_points_come_back(tmp_path):
         ),
     )
     found = back(scenario, tmp_path)
+    assert found.no_fly == scenario.no_fly
+    assert found.no_fly.polygons[0].name == "school"
     assert (found.fence, found.rally, found.fence_options) == (
         scenario.fence,
         scenario.rally,
