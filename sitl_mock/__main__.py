@@ -5,6 +5,7 @@ Exit codes: 0 ended by Ctrl-C or SIGTERM, 1 the simulated firmware crashed, 2 us
 
 import argparse
 import contextlib
+import math
 import signal
 import sys
 import threading
@@ -15,6 +16,9 @@ from sitl_mock.conn import Connection, parse_connection
 from sitl_mock.endpoint import Endpoint, EndpointError, Vehicle
 from sitl_mock.faults import Faults, fault_help, parse_faults
 from sitl_mock.firmware import FIRMWARES
+from sitl_mock.flight.air import Wind
+from sitl_mock.flight.pilot import Setting
+from sitl_mock.flight.power import REFERENCE_MASS_KG
 from sitl_mock.network import FaultyNetwork
 from sitl_mock.signing import make_signing, read_key, wall_time
 from sitl_mock.vehicle import Home
@@ -58,6 +62,28 @@ def _key(text: str) -> bytes:
         raise argparse.ArgumentTypeError(str(wrong)) from None
 
 
+def _wind(text: str) -> Wind:
+    speed, at, direction = text.partition("@")
+    try:
+        return Wind(float(speed), float(direction) if at else 0.0)
+    except ValueError as wrong:
+        reason = wrong if str(wrong).startswith("wind") else "must be SPEED@FROM, as in 6@270"
+        raise argparse.ArgumentTypeError(f"wind {text!r}: {reason}") from None
+
+
+def _amount(low: float, high: float, what: str) -> Callable[[str], float]:
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} must be {what} from {low:g} to {high:g}")
+        return value
+
+    return read
+
+
 def _number(low: int, high: int) -> Callable[[str], int]:
     def read(text: str) -> int:
         value = int(text) if text.isascii() and text.isdigit() else -1
@@ -96,7 +122,11 @@ def _parser() -> argparse.ArgumentParser:
         help="what goes wrong; see below",
     )
     parser.add_argument(
-        "--seed", type=_number(0, 2**63), default=0, metavar="N", help="of the faults (default 0)"
+        "--seed",
+        type=_number(0, 2**63),
+        default=0,
+        metavar="N",
+        help="of faults, drift and gusts (default 0)",
     )
     parser.add_argument("--capacity", type=_number(0, 65535), metavar="N", help="mission items that fit")
     parser.add_argument(
@@ -107,6 +137,37 @@ def _parser() -> argparse.ArgumentParser:
         type=_key,
         metavar="FILE",
         help="MAVLink 2 signing: 32 bytes or 64 hexadecimal digits, mode 0600; sign all, hear only what is signed so",
+    )
+    parser.add_argument(
+        "--speed",
+        type=_amount(0.01, 1000.0, "a factor"),
+        default=1.0,
+        metavar="X",
+        help="everything happens X times as fast (default 1)",
+    )
+    parser.add_argument(
+        "--boot", action="store_true", help="begin with power on: booting, then not armable yet"
+    )
+    parser.add_argument(
+        "--wind",
+        type=_wind,
+        default=Wind(),
+        metavar="SPEED@FROM",
+        help="steady wind: m/s, degrees it comes from",
+    )
+    parser.add_argument(
+        "--battery-wh",
+        type=_amount(0.1, 1e5, "watt-hours"),
+        default=0.0,
+        metavar="WH",
+        help="energy when full; without it the battery does not run down",
+    )
+    parser.add_argument(
+        "--mass-kg",
+        type=_amount(0.05, 1000.0, "kilograms"),
+        default=REFERENCE_MASS_KG,
+        metavar="KG",
+        help=f"of the vehicle with its load (default {REFERENCE_MASS_KG:.2f})",
     )
     parser.add_argument(
         "--pace", action="store_true", help="answer as slowly as the real autopilot was measured to"
@@ -127,21 +188,30 @@ def main(argv: list[str] | None = None) -> int:
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else 2
     firmware = FIRMWARES[arguments.firmware]
+    faults = Faults()
+    for text in arguments.fault:
+        faults = parse_faults(text, faults)
     autopilot = Autopilot(
         firmware,
         system_id=arguments.system_id,
         home=arguments.home,
+        boot_time_s=firmware.boot_s if arguments.boot else 0.0,
         capacity=arguments.capacity,
         item_pace_s=firmware.item_pace_s if arguments.pace else 0.0,
+        setting=Setting(
+            seed=arguments.seed,
+            wind=arguments.wind,
+            battery_wh=arguments.battery_wh,
+            mass_kg=arguments.mass_kg,
+            faults=faults.flight,
+            armable_s=firmware.armable_s if arguments.boot else 0.0,
+        ),
         signing=None if arguments.signing_key is None else make_signing(arguments.signing_key, wall_time()),
     )
-    faults = Faults()
-    for text in arguments.fault:
-        faults = parse_faults(text, faults)
-    vehicle: Vehicle = autopilot if faults == Faults() else FaultyNetwork(autopilot, faults, arguments.seed)
+    vehicle: Vehicle = FaultyNetwork(autopilot, faults, arguments.seed) if faults.on_the_way else autopilot
     connections: Sequence[Connection] = arguments.conn or [parse_connection(DEFAULT_CONNECTION)]
     try:
-        endpoint = Endpoint(vehicle, connections)
+        endpoint = Endpoint(vehicle, connections, arguments.speed)
     except EndpointError as wrong:
         print(f"sitl_mock: {wrong}", file=sys.stderr)
         return 2

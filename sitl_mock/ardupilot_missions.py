@@ -61,6 +61,7 @@ class ArduPilotMissions:
             MissionType.RALLY: RallyList(),
         }
         self._uploads: dict[int, _Upload] = {}
+        self.revision = 0
 
     def on_count(self, sender: Partner, count: int, mission_type: int, now: float) -> list[Reply]:
         """COUNT truncates at once; the same sender may start again, another is denied."""
@@ -121,6 +122,7 @@ class ArduPilotMissions:
     def _finish(self, sender: Partner, mission_type: int) -> list[Reply]:
         self._uploads.pop(mission_type, None)
         result, texts = self._lists[mission_type].finish()
+        self.revision += mission_type == MissionType.MISSION
         if mission_type == MissionType.MISSION and not self._vehicle.mission_running:
             self._vehicle.current_seq = 0
             self._vehicle.mission_finished = False
@@ -209,6 +211,19 @@ class ArduPilotMissions:
         """Return the list as it reads back, the mission with home as item 0."""
         items = (self._lists[mission_type].read(seq) for seq in range(self._lists[mission_type].count()))
         return [item.numbered(seq, current=0) for seq, item in enumerate(items) if item is not None]
+
+    def size(self) -> int:
+        """Return how many items the mission has, with home."""
+        return self._lists[MissionType.MISSION].count()
+
+    def item(self, seq: int) -> StoredItem | None:
+        """Return an item of the mission."""
+        item = self._lists[MissionType.MISSION].read(seq) if 0 <= seq < self.size() else None
+        return None if item is None else item.numbered(seq, current=0)
+
+    def flyable(self) -> bool:
+        """Return whether there is more than home."""
+        return self.size() > 1
 
     def status(self) -> MissionStatus:
         """Total is the number of items without home; state 1 none, 2 waiting, 3 flown, 5 finished."""

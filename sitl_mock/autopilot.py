@@ -7,6 +7,7 @@ says when it wants to be called again. Sockets are in `endpoint`, a bad radio in
 import math
 from collections import deque
 from collections.abc import Hashable
+from dataclasses import replace
 
 from pymavlink.dialects.v20 import common as mavlink
 
@@ -14,13 +15,17 @@ from sitl_mock import commands
 from sitl_mock.ardupilot_missions import ArduPilotMissions
 from sitl_mock.events import EventBuffer
 from sitl_mock.firmware import Firmware
+from sitl_mock.flight.ardupilot_mission import ArduPilotMissionPilot
+from sitl_mock.flight.battery import NOMINAL_V
+from sitl_mock.flight.pilot import Pilot, Setting
+from sitl_mock.flight.px4_mission import Px4MissionPilot
 from sitl_mock.items import MissionType, StoredItem, VehicleKilledError
 from sitl_mock.mission_wire import item_of, message_of
-from sitl_mock.missions import SEVERITY_INFO, Event, MissionKeeper, Partner, Reply, Text
+from sitl_mock.missions import SEVERITY_INFO, Event, MissionKeeper, Partner, Reached, Reply, Text
 from sitl_mock.parameters import Parameters
 from sitl_mock.px4_missions import Px4Missions
 from sitl_mock.telemetry import DATA_STREAMS, Schedule, Telemetry
-from sitl_mock.vehicle import Home, VehicleState
+from sitl_mock.vehicle import Home, Landed, VehicleState
 from sitl_mock.wire import Encoder, Message, Parser, Signing
 
 HEARTBEAT_PERIOD_S = 1.0
@@ -30,6 +35,7 @@ REBOOT_SILENCE_S = 1.0
 MISSION_COMPONENTS = frozenset({0, 1, 190})
 COMPONENTS = frozenset({0, 1})
 MIN_PERIOD_S = 0.02
+REACHED_AGAIN_S = 1.0
 
 
 class Autopilot:
@@ -51,6 +57,8 @@ class Autopilot:
         Time from a message to its answer; `firmware.item_pace_s` is as measured.
     telemetry
         Send the firmware's own streams; without, only HEARTBEAT and MISSION_CURRENT come unasked.
+    setting
+        Wind, battery, mass, faults and seed of the flight.
     signing
         From `sitl_mock.signing.make_signing`: everything is signed, and only what is signed with the key is heard.
 
@@ -71,6 +79,7 @@ class Autopilot:
         capacity: int | None = None,
         item_pace_s: float = 0.0,
         telemetry: bool = True,
+        setting: Setting | None = None,
         signing: Signing = None,
     ) -> None:
         if not (1 <= system_id <= 255 and 1 <= component_id <= 255):
@@ -92,6 +101,15 @@ class Autopilot:
         self._missions: MissionKeeper = keeper(firmware, self.vehicle, room)
         self._parameters = Parameters(firmware)
         self._events = EventBuffer()
+        self._setting = setting or Setting()
+        if firmware.name == "ardupilot" and self._setting.battery_wh > 0:
+            capacity_mah = self._setting.battery_wh / NOMINAL_V * 1000
+            self._parameters.put("BATT_CAPACITY", round(capacity_mah))
+            self._parameters.put("BATT_LOW_MAH", capacity_mah / 10)
+        self.pilot = self._new_pilot(self._setting)
+        self._modes_told = 0
+        self._repeats: list[float] = []
+        self._repeated = Reached(0)
         self._telemetry = Telemetry(firmware, self.vehicle, system_id)
         streams = {
             name: period
@@ -109,6 +127,10 @@ class Autopilot:
         self._started: float | None = None
         self._silent_until = -math.inf
         self._next_heartbeat = -math.inf
+
+    def _new_pilot(self, setting: Setting, standing_e7: tuple[int, int] | None = None) -> Pilot:
+        pilot = ArduPilotMissionPilot if self.firmware.name == "ardupilot" else Px4MissionPilot
+        return pilot(self.firmware, self.vehicle, self._missions, self._parameters, setting, standing_e7)
 
     # What a driver calls
 
@@ -128,6 +150,7 @@ class Autopilot:
         if self._started is None:
             self._started = now
             self._next_heartbeat = now
+            self.pilot.begin(now)
         if self.killed_by is not None or now < self._silent_until:
             return
         if not self.vehicle.ready and now >= self._started + self._boot_time_s:
@@ -137,10 +160,16 @@ class Autopilot:
         while self._inbox and self._inbox[0][0] <= now:
             due, sender, message = self._inbox.popleft()
             self._handle(sender, message, due)
+        self.pilot.tick(now)
+        self._speak_for_pilot(now)
+        if self._repeats and now >= self._repeats[0]:
+            self._repeats = [at for at in self._repeats if at > now]
+            frame = self._encoder.encode(*message_of(self._repeated))
+            self._outbox += [(link, frame) for link in self._schedule.links()]
         if now >= self._next_heartbeat:
             on_time = self._next_heartbeat + HEARTBEAT_PERIOD_S
             self._next_heartbeat = on_time if on_time > now else now + HEARTBEAT_PERIOD_S
-            self._outbox.append((None, self._encoder.encode(self._telemetry.heartbeat())))
+            self._send_heartbeat()
         self._reply(self._missions.tick(now), now)
         for link, name in self._schedule.due(now):
             self._send_telemetry(link, name, now)
@@ -159,8 +188,12 @@ class Autopilot:
             times.append(self._started + self._boot_time_s)
         if self._inbox:
             times.append(self._inbox[0][0])
+        if self._repeats:
+            times.append(self._repeats[0])
         times.extend(
-            at for at in (self._missions.next_timer(), self._schedule.next_timer()) if at is not None
+            at
+            for at in (self._missions.next_timer(), self._schedule.next_timer(), self.pilot.next_timer())
+            if at is not None
         )
         return max(min(times), self._silent_until)
 
@@ -176,10 +209,16 @@ class Autopilot:
         self._missions.forget(link)
 
     def reboot(self, now: float) -> None:
-        """Lose everything but the stored lists and home, say nothing for a second, then boot."""
+        """Lose everything but the stored lists and home, say nothing for a second, then boot; fall if in the air."""
         self._missions.reboot()
         self._events = EventBuffer()
-        self.vehicle.armed = self.vehicle.mission_running = self.vehicle.in_mission_mode = False
+        vehicle, here = self.vehicle, self.pilot.sample(now)
+        vehicle.armed = vehicle.mission_running = vehicle.in_mission_mode = vehicle.flying = False
+        vehicle.landed = Landed.ON_GROUND
+        setting = replace(self._setting, armable_s=self.firmware.armable_s)
+        self.pilot = self._new_pilot(setting, None if here is None else (here.lat_e7, here.lon_e7))
+        self._modes_told = vehicle.mode_changes
+        self._repeats.clear()
         self.vehicle.base_mode, self.vehicle.custom_mode = self.firmware.base_mode, self.firmware.custom_mode
         self.vehicle.ready = False
         for link in self._schedule.links():
@@ -190,6 +229,7 @@ class Autopilot:
         self._heard_station.clear()
         self._silent_until = now + REBOOT_SILENCE_S
         self._started = self._next_heartbeat = self._silent_until
+        self.pilot.begin(self._silent_until)
         self._boot_time_s = self.firmware.boot_s
 
     # What messages do
@@ -206,6 +246,8 @@ class Autopilot:
         try:
             if name.startswith("MISSION_"):
                 self._reply(self._mission(sender, name, message, now), now)
+                self.pilot.mission_changed(now)
+                self._speak_for_pilot(now)
             elif name in {"COMMAND_LONG", "COMMAND_INT"}:
                 self._command(sender, message, now)
             else:
@@ -245,7 +287,9 @@ class Autopilot:
             case "MISSION_CLEAR_ALL":
                 return missions.on_clear_all(sender, kind, now)
             case "MISSION_SET_CURRENT":
-                return missions.on_set_current(sender, message.seq, now)
+                replies = missions.on_set_current(sender, message.seq, now)
+                self.pilot.set_current(message.seq, now)
+                return replies
         return []
 
     def _command(self, sender: Partner, message: Message, now: float) -> None:
@@ -254,15 +298,22 @@ class Autopilot:
             self.component_id,
         }:
             return
+        if message.command not in commands.ABOUT_MESSAGES:
+            for result in commands.carry_out(commands.order_of(message), now, self.pilot):
+                self._acknowledge(sender, message.command, result)
+            self._speak_for_pilot(now)
+            return
         params = (message.param1, message.param2, message.param3, message.param4)
         outcome = commands.execute(message.command, params, sender.link, now, self._telemetry, self._schedule)
-        ack = mavlink.MAVLink_command_ack_message(
-            message.command, outcome.result, 0, 0, sender.system, sender.component
-        )
-        for answer in [ack, *outcome.messages]:
+        self._acknowledge(sender, message.command, outcome.result)
+        for answer in outcome.messages:
             self._outbox.append((sender.link, self._encoder.encode(answer)))
         for name in outcome.telemetry:
             self._send_telemetry(sender.link, name, now)
+
+    def _acknowledge(self, sender: Partner, command: int, result: int) -> None:
+        ack = mavlink.MAVLink_command_ack_message(command, result, 0, 0, sender.system, sender.component)
+        self._outbox.append((sender.link, self._encoder.encode(ack)))
 
     def _other(self, sender: Partner, name: str, message: Message, now: float) -> None:
         answers: list[Message] = []
@@ -275,6 +326,10 @@ class Autopilot:
             if self.firmware.sends_events and self._for_me(message, COMPONENTS):
                 asked = (message.first_sequence, message.last_sequence)
                 answers = [*self._events.answer(*asked, sender.system, sender.component)]
+        elif name == "SET_MODE":
+            if message.target_system in {0, self.system_id}:
+                self.pilot.set_mode(message.custom_mode, now)
+                self._speak_for_pilot(now)
         elif name == "TIMESYNC":
             if message.tc1 == 0:
                 answers = [mavlink.MAVLink_timesync_message(int(self._uptime_s(now) * 1e9), message.ts1)]
@@ -324,10 +379,20 @@ class Autopilot:
         if name == "CURRENT_EVENT_SEQUENCE":
             self._outbox.append((link, self._encoder.encode(self._events.current())))
             return
-        known = self._telemetry.message(name, self._uptime_s(now), self._missions.status())
+        known = self._telemetry.message(name, self._uptime_s(now), now, self._missions, self.pilot)
         if known is not None:
             message, extension = known
             self._outbox.append((link, self._encoder.encode(message, extension)))
+
+    def _send_heartbeat(self) -> None:
+        self._outbox.append((None, self._encoder.encode(self._telemetry.heartbeat())))
+
+    def _speak_for_pilot(self, now: float) -> None:
+        if self._modes_told != self.vehicle.mode_changes:
+            self._modes_told = self.vehicle.mode_changes
+            if self.firmware.mode_heartbeat:
+                self._send_heartbeat()
+        self._reply(self.pilot.said(), now)
 
     def _text(self, text: Text, now: float) -> None:
         if self.firmware.statustext_needs_heartbeat:
@@ -349,5 +414,12 @@ class Autopilot:
                     continue
                 event = self._events.add(reply.name, reply.levels, reply.arguments, self._uptime_s(now))
                 self._outbox += [(link, self._encoder.encode(event)) for link in self._schedule.links()]
+            elif isinstance(reply, Reached):
+                frame = self._encoder.encode(*message_of(reply))
+                self._outbox += [(link, frame) for link in self._schedule.links()]
+                self._repeats = [
+                    now + REACHED_AGAIN_S * n for n in range(1, self.firmware.reached_repeats + 1)
+                ]
+                self._repeated = reply
             else:
                 self._outbox.append((reply.to.link, self._encoder.encode(*message_of(reply))))

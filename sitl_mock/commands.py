@@ -1,7 +1,6 @@
 """COMMAND_LONG and COMMAND_INT: what the vehicle does at once and answers with COMMAND_ACK.
 
-Only commands about messages are here. Arming, modes, take-off and mission start need a vehicle that flies; until
-then they are answered as unsupported, not pretended.
+Commands about messages are carried out here; all others are orders for the pilot of `flight`.
 """
 
 import math
@@ -11,6 +10,7 @@ from enum import IntEnum
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from sitl_mock.flight.pilot import Order, Pilot
 from sitl_mock.telemetry import Schedule, Telemetry
 from sitl_mock.wire import Message
 
@@ -21,12 +21,43 @@ REQUEST_MESSAGE = 512
 REQUEST_AUTOPILOT_CAPABILITIES = 520
 
 
+ABOUT_MESSAGES = frozenset(
+    {
+        GET_HOME_POSITION,
+        GET_MESSAGE_INTERVAL,
+        SET_MESSAGE_INTERVAL,
+        REQUEST_MESSAGE,
+        REQUEST_AUTOPILOT_CAPABILITIES,
+    }
+)
+RELATIVE_FRAMES = frozenset({3, 6, 10, 11})
+
+
 class CommandResult(IntEnum):
     """MAV_RESULT."""
 
     ACCEPTED = 0
     UNSUPPORTED = 3
     FAILED = 4
+
+
+def order_of(message: Message) -> Order:
+    """Return a COMMAND_LONG or COMMAND_INT as the pilot reads it; COMMAND_LONG's heights are above home."""
+    params = (message.param1, message.param2, message.param3, message.param4)
+    if message.get_type() == "COMMAND_LONG":
+        x_e7, y_e7 = message.param5 * 1e7, message.param6 * 1e7
+        return Order(message.command, *params, x_e7, y_e7, message.param7)
+    nowhere = 2**31 - 1
+    x_e7, y_e7 = (math.nan if value in {nowhere, -nowhere - 1} else value for value in (message.x, message.y))
+    return Order(message.command, *params, x_e7, y_e7, message.z, message.frame in RELATIVE_FRAMES)
+
+
+def carry_out(order: Order, now: float, pilot: Pilot) -> tuple[int, ...]:
+    """Give the pilot an order and return the results to answer with; one it cannot read is refused."""
+    whole = (order.p1, order.p2, order.p3) if order.command in {176, 400, 224} else ()
+    if not all(math.isfinite(value) and abs(value) < 2**31 for value in whole):
+        return (CommandResult.FAILED,)
+    return pilot.order(order, now) or (CommandResult.UNSUPPORTED,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +82,6 @@ def execute(  # noqa: PLR0911 - one return a command
         return Outcome(CommandResult.ACCEPTED, ("AUTOPILOT_VERSION",))
     if command == GET_HOME_POSITION:
         return Outcome(CommandResult.ACCEPTED, ("HOME_POSITION",))
-    if command not in {GET_MESSAGE_INTERVAL, SET_MESSAGE_INTERVAL, REQUEST_MESSAGE}:
-        return Outcome(CommandResult.UNSUPPORTED)
     message_id = int(params[0]) if abs(params[0]) < 2**24 else -1  # NaN is not less than anything
     name = telemetry.names().get(message_id)
     if name is None:

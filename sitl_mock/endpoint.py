@@ -107,6 +107,8 @@ class Endpoint:
         An `Autopilot`, or a `FaultyNetwork` with one inside.
     connections
         Where to listen and whom to call.
+    speed
+        The vehicle's time goes so much faster than the clock.
 
     Raises
     ------
@@ -114,8 +116,9 @@ class Endpoint:
         If an address cannot be had.
     """
 
-    def __init__(self, vehicle: Vehicle, connections: Sequence[Connection]) -> None:
+    def __init__(self, vehicle: Vehicle, connections: Sequence[Connection], speed: float = 1.0) -> None:
         self._vehicle = vehicle
+        self._speed, self._started = speed, time.monotonic()
         self._selector = selectors.SelectSelector()  # the one whose time-outs are finer than a millisecond
         self._udp: list[_Udp] = []
         self._listeners: list[socket.socket] = []
@@ -154,17 +157,20 @@ class Endpoint:
             else connection
         )
 
+    def _vehicle_time(self) -> float:
+        return self._started + (time.monotonic() - self._started) * self._speed
+
     def run(self) -> None:
         """Serve until the vehicle dies; KeyboardInterrupt ends it too."""
         while self._vehicle.killed_by is None:
             now = time.monotonic()
             self._dial(now)
-            self._vehicle.tick(now)
+            self._vehicle.tick(self._vehicle_time())
             self._flush()
             timer = self._vehicle.next_timer()
-            wait = (
-                LONGEST_WAIT_S if timer is None else min(max(timer - time.monotonic(), 0.0), LONGEST_WAIT_S)
-            )
+            wait = LONGEST_WAIT_S
+            if timer is not None:
+                wait = min(max((timer - self._vehicle_time()) / self._speed, 0.0), LONGEST_WAIT_S)
             for key, events in self._selector.select(wait):
                 self._serve(key, events, time.monotonic())
             self._forget_silent(time.monotonic())
@@ -187,7 +193,7 @@ class Endpoint:
             if events & selectors.EVENT_WRITE and key.data in self._tcp:
                 self._write(key.data)
             if events & selectors.EVENT_READ and key.data in self._tcp:
-                self._read_tcp(key.data, now)
+                self._read_tcp(key.data)
         else:
             with contextlib.suppress(OSError):
                 sock, _ = key.data.accept()
@@ -200,7 +206,7 @@ class Endpoint:
         except OSError:  # the answer of a closed port to what was sent before
             return
         udp.heard[address] = now
-        self._vehicle.receive(data, (udp.connection, address), now)
+        self._vehicle.receive(data, (udp.connection, address), self._vehicle_time())
 
     def _add_peer(self, sock: socket.socket) -> _TcpPeer | None:
         if len(self._tcp) >= MAX_TCP_PEERS:
@@ -212,7 +218,7 @@ class Endpoint:
         self._selector.register(sock, selectors.EVENT_READ, self._next_peer)
         return peer
 
-    def _read_tcp(self, number: int, now: float) -> None:
+    def _read_tcp(self, number: int) -> None:
         try:
             data = self._tcp[number].socket.recv(CHUNK)
         except (BlockingIOError, InterruptedError):
@@ -220,7 +226,7 @@ class Endpoint:
         except OSError:
             data = b""
         if data:
-            self._vehicle.receive(data, number, now)
+            self._vehicle.receive(data, number, self._vehicle_time())
         else:
             self._drop(number)
 

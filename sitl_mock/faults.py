@@ -1,14 +1,16 @@
 """The named failure modes, and how they are written: ``drop=0.3,dup=0.1,reorder,delay=200ms,silent-after=7``.
 
-What they do is in `network`. All chance comes from one seed, so a run can be repeated.
+What they do is in `network` and, for those in flight, in `flight.pilot`. All chance comes from one seed, so a run can
+be repeated.
 """
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
+from sitl_mock.flight.faults import AtItem, FlightFaults
 from sitl_mock.items import Result
 
 
@@ -55,6 +57,8 @@ class Faults:
     second_gcs
         Another ground station on the same radio: ``read`` downloads again and again, ``upload`` writes a mission of
         its own as soon as somebody else's was accepted.
+    flight
+        What goes wrong in the air.
     """
 
     drop_up: float = 0.0
@@ -73,6 +77,12 @@ class Faults:
     alter: int | None = None
     no_heartbeat: bool = False
     second_gcs: str = ""
+    flight: FlightFaults = field(default_factory=FlightFaults)
+
+    @property
+    def on_the_way(self) -> bool:
+        """Whether anything goes wrong that is not in the air."""
+        return replace(self, flight=FlightFaults()) != Faults()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +93,7 @@ class FaultName:
     read: Callable[[str], Any] | None
     default: Any
     explains: str
+    in_flight: bool = False
 
 
 def _probability(text: str) -> float:
@@ -117,6 +128,17 @@ def _result(text: str) -> Result:
     if name in Result.__members__ and name != "ACCEPTED":
         return Result[name]
     raise ValueError("one of " + ", ".join(result.name for result in Result if result is not Result.ACCEPTED))
+
+
+def _at_item(unit: str, usual: float) -> Callable[[str], AtItem]:
+    def read(text: str) -> AtItem:
+        item, slash, amount = text.partition("/")
+        value = float(amount.removesuffix(unit)) if slash else usual
+        if not 0.0 < value < 1e5:
+            raise ValueError(f"an item and an amount such as 4/{usual:g}{unit}")
+        return AtItem(_count(item), value)
+
+    return read
 
 
 def _station(text: str) -> str:
@@ -156,6 +178,27 @@ FAULTS: Mapping[str, FaultName] = MappingProxyType(
         "second-gcs": FaultName(
             ("second_gcs",), _station, "read", "another ground station reads, or uploads too"
         ),
+        "hold-cut": FaultName(
+            ("hold_cut",), _count, 3, "the hold of mission item N is cut by half", in_flight=True
+        ),
+        "gust": FaultName(
+            ("gust",),
+            _at_item("m", 200.0),
+            AtItem(3, 200.0),
+            "wind pushes it 200 m (N/200m) off at item N",
+            in_flight=True,
+        ),
+        "battery-drop": FaultName(
+            ("battery_drop",), _count, 3, "half of the energy that is left is lost at item N", in_flight=True
+        ),
+        "position-lost": FaultName(
+            ("position_lost",),
+            _at_item("s", 20.0),
+            AtItem(3, 20.0),
+            "no position for 20 s (N/20s) from item N on",
+            in_flight=True,
+        ),
+        "crash": FaultName(("crash",), _count, 3, "the motors stop at item N", in_flight=True),
     }
 )
 """Every name with its value where none is given; `fault_help` prints it."""
@@ -185,7 +228,10 @@ def parse_faults(text: str, base: Faults | None = None) -> Faults:
                 reason = str(wrong) if not str(wrong).startswith("could not") else "a number"
                 problems.append(f"fault {name!r} wants {reason}, not {value!r}")
             else:
-                faults = replace(faults, **dict.fromkeys(known.fields, setting))
+                fields = dict.fromkeys(known.fields, setting)
+                if known.in_flight:
+                    fields = {"flight": replace(faults.flight, **fields)}
+                faults = replace(faults, **fields)
     if problems:
         raise ValueError("; ".join(problems))
     return faults

@@ -56,6 +56,12 @@ class Firmware:
         PING is answered.
     sends_events
         It speaks the events protocol.
+    armable_s
+        From power to "may be armed".
+    reached_repeats
+        How often MISSION_ITEM_REACHED is sent again, once a second.
+    mode_heartbeat
+        A change of flight mode sends a HEARTBEAT at once.
     """
 
     name: str
@@ -78,6 +84,9 @@ class Firmware:
     old_system_zero: bool
     answers_ping: bool
     sends_events: bool
+    armable_s: float
+    reached_repeats: int
+    mode_heartbeat: bool
 
 
 ARDUPILOT = Firmware(
@@ -101,6 +110,9 @@ ARDUPILOT = Firmware(
     old_system_zero=True,
     answers_ping=False,
     sends_events=False,
+    armable_s=42.0,
+    reached_repeats=0,
+    mode_heartbeat=True,
 )
 
 PX4 = Firmware(
@@ -134,6 +146,9 @@ PX4 = Firmware(
     old_system_zero=False,
     answers_ping=True,
     sends_events=True,
+    armable_s=10.0,
+    reached_repeats=10,
+    mode_heartbeat=False,
 )
 
 FIRMWARES: Mapping[str, Firmware] = MappingProxyType({"ardupilot": ARDUPILOT, "px4": PX4})

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from pymavlink.dialects.v20 import common as mavlink
 
 from sitl_mock.items import StoredItem, clamp_int32, float32
-from sitl_mock.missions import Ack, Count, Item, Request
+from sitl_mock.missions import Ack, Count, Item, Reached, Request
 from sitl_mock.wire import Message
 
 FLOAT_FRAMES = MappingProxyType({5: 0, 6: 3})
@@ -34,8 +34,10 @@ def item_of(message: Message, *, as_int: bool) -> StoredItem:
     )
 
 
-def message_of(reply: Ack | Request | Count | Item) -> tuple[Message, bytes]:
+def message_of(reply: Ack | Request | Count | Item | Reached) -> tuple[Message, bytes]:
     """Return the message of a reply and the bytes of its extension fields."""
+    if isinstance(reply, Reached):
+        return mavlink.MAVLink_mission_item_reached_message(reply.seq), b""
     to = (reply.to.system, reply.to.component)
     match reply:
         case Ack():

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from sitl_mock.items import Result, StoredItem
 
-SEVERITY_CRITICAL, SEVERITY_WARNING, SEVERITY_INFO, SEVERITY_DEBUG = 2, 4, 6, 7
+SEVERITY_CRITICAL, SEVERITY_WARNING, SEVERITY_NOTICE, SEVERITY_INFO, SEVERITY_DEBUG = 2, 4, 5, 6, 7
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,14 @@ class Event:
     arguments: bytes = b""
 
 
-Reply = Ack | Request | Count | Item | Text | Event
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """MISSION_ITEM_REACHED, to all."""
+
+    seq: int
+
+
+Reply = Ack | Request | Count | Item | Text | Event | Reached
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +106,9 @@ class MissionKeeper(Protocol):
 
     Every call returns the replies in the order in which the vehicle sends them.
     """
+
+    revision: int
+    """Another number with every mission that is stored."""
 
     def on_count(self, sender: Partner, count: int, mission_type: int, now: float) -> list[Reply]:
         """MISSION_COUNT: somebody wants to upload."""
@@ -133,6 +143,15 @@ class MissionKeeper(Protocol):
 
     def stored(self, mission_type: int) -> Sequence[StoredItem]:
         """Return the list as it reads back."""
+
+    def size(self) -> int:
+        """Return how many items the mission has."""
+
+    def item(self, seq: int) -> StoredItem | None:
+        """Return an item of the mission with its number, None where there is none."""
+
+    def flyable(self) -> bool:
+        """Return whether there is a mission that may be flown."""
 
     def status(self) -> MissionStatus:
         """Return the fields of MISSION_CURRENT."""

@@ -1,6 +1,6 @@
-"""The few parameters the mock has: those that say whether a fence is in force and how fast it would fly.
+"""The few parameters the mock has: those of fence, speeds, return and battery failsafe.
 
-Defaults as measured or as the firmware ships them. Setting one is remembered and answered; nothing else follows.
+Defaults as measured or as the firmware ships them, but for the battery's: the firmwares do nothing about it by default.
 """
 
 import struct
@@ -25,6 +25,9 @@ class Parameter:
 
 
 ARDUPILOT_DEFAULTS: Mapping[str, Parameter] = {
+    "BATT_CAPACITY": Parameter(0, INT32),
+    "BATT_FS_LOW_ACT": Parameter(2, INT8),
+    "BATT_LOW_MAH": Parameter(0.0, REAL32),
     "DISARM_DELAY": Parameter(10, INT8),
     "FENCE_ACTION": Parameter(1, INT8),
     "FENCE_ALT_MAX": Parameter(100.0, REAL32),
@@ -42,9 +45,12 @@ ARDUPILOT_DEFAULTS: Mapping[str, Parameter] = {
 }
 
 PX4_DEFAULTS: Mapping[str, Parameter] = {
+    "BAT_CRIT_THR": Parameter(0.07, REAL32),
+    "COM_LOW_BAT_ACT": Parameter(3, INT32),
     "GF_ACTION": Parameter(2, INT32),
     "GF_MAX_HOR_DIST": Parameter(0.0, REAL32),
     "GF_MAX_VER_DIST": Parameter(0.0, REAL32),
+    "MIS_TAKEOFF_ALT": Parameter(2.5, REAL32),
     "MPC_XY_CRUISE": Parameter(5.0, REAL32),
     "MPC_XY_VEL_MAX": Parameter(12.0, REAL32),
     "NAV_ACC_RAD": Parameter(2.0, REAL32),
@@ -63,6 +69,10 @@ class Parameters:
     def value(self, name: str) -> float:
         """Return a parameter's value; KeyError where there is none of this name."""
         return self._values[name].value
+
+    def put(self, name: str, value: float) -> None:
+        """Change a parameter of this name from inside."""
+        self._values[name] = Parameter(value, self._values[name].kind)
 
     def all(self) -> list[Message]:
         """Return a PARAM_VALUE for each."""

@@ -77,6 +77,7 @@ class Px4Missions:
         self._feasible = False
         self._judge_at: float | None = None
         self._new_seq: int | None = None
+        self.revision = 0
 
     def _link(self, sender: Partner) -> _Link:
         return self._links.setdefault(sender.link, _Link())
@@ -165,6 +166,7 @@ class Px4Missions:
         self._ids[mission_type] = list_id
         if mission_type == MissionType.MISSION:
             self._new_seq = current
+            self.revision += 1
             self._vehicle.mission_finished = False
             if not items:
                 self._feasible, self._judge_at, self._vehicle.current_seq = False, None, 0
@@ -318,6 +320,19 @@ class Px4Missions:
     def stored(self, mission_type: int) -> list[StoredItem]:
         """Return the list as it reads back."""
         return [self._read(mission_type, seq) for seq in range(len(self._lists[mission_type]))]
+
+    def size(self) -> int:
+        """Return how many items the mission has."""
+        return len(self._lists[MissionType.MISSION])
+
+    def item(self, seq: int) -> StoredItem | None:
+        """Return an item of the mission."""
+        items = self._lists[MissionType.MISSION]
+        return items[seq].numbered(seq, current=0) if 0 <= seq < len(items) else None
+
+    def flyable(self) -> bool:
+        """Return whether the mission was judged to be flyable."""
+        return self._feasible and self.size() > 0
 
     def status(self) -> MissionStatus:
         """State 1: none or infeasible, 2 waiting, 3 flown, 4 paused, 5 finished; before the verdict the old one."""

@@ -1,9 +1,10 @@
 """The state of the vehicle that is not its mission lists: home, mode, armed or not, where it is.
 
-The mock stands on the ground at home. Whoever makes it fly writes here; missions and messages only read.
+Who flies it, `flight.pilot`, writes here; missions and messages read.
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 from sitl_mock.firmware import Firmware
 
@@ -32,6 +33,15 @@ class Home:
         return cls(round(lat_deg * 1e7), round(lon_deg * 1e7), round(alt_amsl_m * 100))
 
 
+class Landed(IntEnum):
+    """MAV_LANDED_STATE."""
+
+    ON_GROUND = 1
+    IN_AIR = 2
+    TAKEOFF = 3
+    LANDING = 4
+
+
 @dataclass(slots=True)
 class VehicleState:
     """What HEARTBEAT, telemetry and the mission lists need to know of the vehicle.
@@ -52,6 +62,12 @@ class VehicleState:
         The mission is being flown; it has been flown to its end.
     current_seq
         The item being flown or next to be flown.
+    flying
+        It is off the ground.
+    landed
+        As EXTENDED_SYS_STATE says it.
+    mode_changes
+        How often the flight mode has changed.
     """
 
     home: Home | None
@@ -63,6 +79,9 @@ class VehicleState:
     mission_running: bool = False
     mission_finished: bool = False
     current_seq: int = 0
+    flying: bool = False
+    landed: Landed = Landed.ON_GROUND
+    mode_changes: int = 0
 
     @classmethod
     def on_ground(cls, firmware: Firmware, home: Home | None) -> "VehicleState":

@@ -12,7 +12,9 @@ PACKAGE = Path(sitl_mock.__file__).parent
 def test_sitl_mock_imports_nothing_from_mavplan() -> None:
     """Loading every module of the mock loads none of mavplan, nor pymavlink's mavutil."""
     modules = ", ".join(
-        f"sitl_mock.{path.stem}" for path in sorted(PACKAGE.glob("*.py")) if path.stem != "__init__"
+        ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+        for path in sorted(PACKAGE.rglob("*.py"))
+        if path.stem != "__init__"
     )
     code = f"import {modules}, sys; print(sorted(m for m in sys.modules if m.startswith('mavplan') or 'mavutil' in m))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
