@@ -32,9 +32,9 @@ def test_nothing_untrue_nothing_late_no_flood_and_enough_verified(place):
         assert not row.too_few, (row.firmware, row.verified_part)
 
 
-def test_every_fault_that_the_mock_knows_is_in_the_campaign():
+def test_every_fault_of_the_link_that_the_mock_knows_is_in_the_campaign():
     told = ",".join(text for cell in CELLS for text in cell.faults)
-    for name in FAULTS:
+    for name in (name for name, fault in FAULTS.items() if not fault.in_flight):
         assert name in told.replace("{up|down}", "up,drop-down"), name
 
 
