@@ -13,29 +13,26 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl_mock import commands
 from sitl_mock.ardupilot_missions import ArduPilotMissions
-from sitl_mock.events import EventBuffer
 from sitl_mock.firmware import Firmware
 from sitl_mock.flight.ardupilot_mission import ArduPilotMissionPilot
 from sitl_mock.flight.battery import NOMINAL_V
 from sitl_mock.flight.pilot import Pilot, Setting
 from sitl_mock.flight.px4_mission import Px4MissionPilot
 from sitl_mock.items import MissionType, StoredItem, VehicleKilledError
-from sitl_mock.mission_wire import item_of, message_of
-from sitl_mock.missions import SEVERITY_INFO, Event, MissionKeeper, Partner, Reached, Reply, Text
+from sitl_mock.mission_wire import item_of
+from sitl_mock.missions import SEVERITY_INFO, MissionKeeper, Partner, Reply, Text
 from sitl_mock.parameters import Parameters
 from sitl_mock.px4_missions import Px4Missions
 from sitl_mock.telemetry import DATA_STREAMS, Schedule, Telemetry
 from sitl_mock.vehicle import Home, Landed, VehicleState
+from sitl_mock.voice import Voice
 from sitl_mock.wire import Encoder, Message, Parser, Signing
 
 HEARTBEAT_PERIOD_S = 1.0
-GROUND_STATION_MEMORY_S = 2.5
-"""How long a ground station's heartbeat counts for."""
 REBOOT_SILENCE_S = 1.0
 MISSION_COMPONENTS = frozenset({0, 1, 190})
 COMPONENTS = frozenset({0, 1})
 MIN_PERIOD_S = 0.02
-REACHED_AGAIN_S = 1.0
 
 
 class Autopilot:
@@ -100,7 +97,6 @@ class Autopilot:
         keeper = ArduPilotMissions if firmware.name == "ardupilot" else Px4Missions
         self._missions: MissionKeeper = keeper(firmware, self.vehicle, room)
         self._parameters = Parameters(firmware)
-        self._events = EventBuffer()
         self._setting = setting or Setting()
         if firmware.name == "ardupilot" and self._setting.battery_wh > 0:
             capacity_mah = self._setting.battery_wh / NOMINAL_V * 1000
@@ -108,8 +104,6 @@ class Autopilot:
             self._parameters.put("BATT_LOW_MAH", capacity_mah / 10)
         self.pilot = self._new_pilot(self._setting)
         self._modes_told = 0
-        self._repeats: list[float] = []
-        self._repeated = Reached(0)
         self._telemetry = Telemetry(firmware, self.vehicle, system_id)
         streams = {
             name: period
@@ -118,12 +112,9 @@ class Autopilot:
         }
         self._schedule = Schedule(streams)
         self.signing = signing
-        self._encoder = Encoder(system_id, component_id, signing)
+        self._voice = Voice(firmware, Encoder(system_id, component_id, signing), self._schedule)
         self._parsers: dict[Hashable, Parser] = {}
         self._inbox: deque[tuple[float, Hashable, Message]] = deque()
-        self._outbox: list[tuple[Hashable | None, bytes]] = []
-        self._heard_station: dict[Hashable, float] = {}
-        self._text_id = 0
         self._started: float | None = None
         self._silent_until = -math.inf
         self._next_heartbeat = -math.inf
@@ -156,16 +147,13 @@ class Autopilot:
         if not self.vehicle.ready and now >= self._started + self._boot_time_s:
             self.vehicle.ready = True
             if self.firmware.name == "ardupilot":
-                self._text(Text(SEVERITY_INFO, "ArduPilot Ready"), now)
+                self._reply([Text(SEVERITY_INFO, "ArduPilot Ready")], now)
         while self._inbox and self._inbox[0][0] <= now:
             due, sender, message = self._inbox.popleft()
             self._handle(sender, message, due)
         self.pilot.tick(now)
         self._speak_for_pilot(now)
-        if self._repeats and now >= self._repeats[0]:
-            self._repeats = [at for at in self._repeats if at > now]
-            frame = self._encoder.encode(*message_of(self._repeated))
-            self._outbox += [(link, frame) for link in self._schedule.links()]
+        self._voice.repeat(now)
         if now >= self._next_heartbeat:
             on_time = self._next_heartbeat + HEARTBEAT_PERIOD_S
             self._next_heartbeat = on_time if on_time > now else now + HEARTBEAT_PERIOD_S
@@ -176,8 +164,7 @@ class Autopilot:
 
     def to_send(self) -> list[tuple[Hashable | None, bytes]]:
         """Return the frames to send and to whom, in order; None means every peer there is."""
-        outbox, self._outbox = self._outbox, []
-        return outbox
+        return self._voice.take()
 
     def next_timer(self) -> float | None:
         """Return when `tick` must be called at the latest; None before its first call and once the vehicle is dead."""
@@ -188,13 +175,13 @@ class Autopilot:
             times.append(self._started + self._boot_time_s)
         if self._inbox:
             times.append(self._inbox[0][0])
-        if self._repeats:
-            times.append(self._repeats[0])
-        times.extend(
-            at
-            for at in (self._missions.next_timer(), self._schedule.next_timer(), self.pilot.next_timer())
-            if at is not None
+        others = (
+            self._missions.next_timer(),
+            self._schedule.next_timer(),
+            self.pilot.next_timer(),
+            self._voice.next_repeat(),
         )
+        times.extend(at for at in others if at is not None)
         return max(min(times), self._silent_until)
 
     def stored(self, mission_type: int = MissionType.MISSION) -> tuple[StoredItem, ...]:
@@ -204,29 +191,26 @@ class Autopilot:
     def forget(self, link: Hashable) -> None:
         """Drop a link that is gone."""
         self._parsers.pop(link, None)
-        self._heard_station.pop(link, None)
+        self._voice.forget(link)
         self._schedule.forget(link)
         self._missions.forget(link)
 
     def reboot(self, now: float) -> None:
         """Lose everything but the stored lists and home, say nothing for a second, then boot; fall if in the air."""
         self._missions.reboot()
-        self._events = EventBuffer()
         vehicle, here = self.vehicle, self.pilot.sample(now)
         vehicle.armed = vehicle.mission_running = vehicle.in_mission_mode = vehicle.flying = False
         vehicle.landed = Landed.ON_GROUND
         setting = replace(self._setting, armable_s=self.firmware.armable_s)
         self.pilot = self._new_pilot(setting, None if here is None else (here.lat_e7, here.lon_e7))
         self._modes_told = vehicle.mode_changes
-        self._repeats.clear()
         self.vehicle.base_mode, self.vehicle.custom_mode = self.firmware.base_mode, self.firmware.custom_mode
         self.vehicle.ready = False
         for link in self._schedule.links():
             self._schedule.forget(link)
         self._parsers.clear()
         self._inbox.clear()
-        self._outbox.clear()
-        self._heard_station.clear()
+        self._voice.reboot()
         self._silent_until = now + REBOOT_SILENCE_S
         self._started = self._next_heartbeat = self._silent_until
         self.pilot.begin(self._silent_until)
@@ -254,7 +238,7 @@ class Autopilot:
                 self._other(sender, name, message, now)
         except VehicleKilledError as killed:
             self.killed_by = str(killed)
-            self._outbox.clear()
+            self._voice.fall_silent()
             self._inbox.clear()
 
     def _for_me(self, message: Message, components: frozenset[int]) -> bool:
@@ -300,75 +284,62 @@ class Autopilot:
             return
         if message.command not in commands.ABOUT_MESSAGES:
             for result in commands.carry_out(commands.order_of(message), now, self.pilot):
-                self._acknowledge(sender, message.command, result)
+                self._voice.acknowledge(sender, message.command, result)
             self._speak_for_pilot(now)
             return
         params = (message.param1, message.param2, message.param3, message.param4)
         outcome = commands.execute(message.command, params, sender.link, now, self._telemetry, self._schedule)
-        self._acknowledge(sender, message.command, outcome.result)
+        self._voice.acknowledge(sender, message.command, outcome.result)
         for answer in outcome.messages:
-            self._outbox.append((sender.link, self._encoder.encode(answer)))
+            self._voice.say(sender.link, answer)
         for name in outcome.telemetry:
             self._send_telemetry(sender.link, name, now)
 
-    def _acknowledge(self, sender: Partner, command: int, result: int) -> None:
-        ack = mavlink.MAVLink_command_ack_message(command, result, 0, 0, sender.system, sender.component)
-        self._outbox.append((sender.link, self._encoder.encode(ack)))
-
     def _other(self, sender: Partner, name: str, message: Message, now: float) -> None:
-        answers: list[Message] = []
         if name == "HEARTBEAT":
-            greets = now >= self._heard_station.get(sender.link, -math.inf) + GROUND_STATION_MEMORY_S
-            self._heard_station[sender.link] = now
-            if greets and self.firmware.sends_events:
-                answers = [self._events.current()]
-        elif name == "REQUEST_EVENT":
-            if self.firmware.sends_events and self._for_me(message, COMPONENTS):
-                asked = (message.first_sequence, message.last_sequence)
-                answers = [*self._events.answer(*asked, sender.system, sender.component)]
+            if self._voice.hear_station(sender.link, now) and self.firmware.sends_events:
+                self._voice.say(sender.link, self._voice.events.current())
+        elif name == "TIMESYNC":
+            if message.tc1 == 0:
+                ours = int(self._uptime_s(now) * 1e9)
+                self._voice.say(sender.link, mavlink.MAVLink_timesync_message(ours, message.ts1))
+        elif name == "PING":
+            if self.firmware.answers_ping and message.target_system == 0:
+                echo = (message.time_usec, message.seq, sender.system, sender.component)
+                self._voice.say(sender.link, mavlink.MAVLink_ping_message(*echo))
         elif name == "SET_MODE":
             if message.target_system in {0, self.system_id}:
                 self.pilot.set_mode(message.custom_mode, now)
                 self._speak_for_pilot(now)
-        elif name == "TIMESYNC":
-            if message.tc1 == 0:
-                answers = [mavlink.MAVLink_timesync_message(int(self._uptime_s(now) * 1e9), message.ts1)]
-        elif name == "PING":
-            if self.firmware.answers_ping and message.target_system == 0:
-                answers = [
-                    mavlink.MAVLink_ping_message(
-                        message.time_usec, message.seq, sender.system, sender.component
-                    )
-                ]
-        elif (
-            name.startswith("PARAM_")
-            and hasattr(message, "target_system")
-            and self._for_me(message, COMPONENTS)
-        ):
-            answers = self._parameter(name, message)
-        elif (
-            name == "REQUEST_DATA_STREAM"
-            and self.firmware.name == "ardupilot"
-            and self._for_me(message, COMPONENTS)
-        ):
-            period = (
-                1.0 / message.req_message_rate if message.start_stop and message.req_message_rate else 0.0
-            )
-            for stream in DATA_STREAMS.get(message.req_stream_id, ()):
-                self._schedule.set_period(
-                    sender.link, stream, max(period, MIN_PERIOD_S) if period else -1.0, now
-                )
-        for answer in answers:
-            self._outbox.append((sender.link, self._encoder.encode(answer)))
+        elif hasattr(message, "target_system") and self._for_me(message, COMPONENTS):
+            self._addressed(sender, name, message, now)
 
-    def _parameter(self, name: str, message: Message) -> list[Message]:
-        if name == "PARAM_REQUEST_LIST":
-            return self._parameters.all()
-        if name == "PARAM_REQUEST_READ":
-            return self._parameters.read(message.param_id, message.param_index)
-        if name == "PARAM_SET":
-            return self._parameters.set(message.param_id, message.param_value)
-        return []
+    def _addressed(self, sender: Partner, name: str, message: Message, now: float) -> None:
+        """Answer what only the vehicle it is addressed to answers."""
+        answers: list[Message] = []
+        match name:
+            case "REQUEST_EVENT":
+                if self.firmware.sends_events:
+                    asked = (message.first_sequence, message.last_sequence)
+                    answers = [*self._voice.events.answer(*asked, sender.system, sender.component)]
+            case "PARAM_REQUEST_LIST":
+                answers = self._parameters.all()
+            case "PARAM_REQUEST_READ":
+                answers = self._parameters.read(message.param_id, message.param_index)
+            case "PARAM_SET":
+                answers = self._parameters.set(message.param_id, message.param_value)
+            case "REQUEST_DATA_STREAM":
+                self._data_stream(sender, message, now)
+        for answer in answers:
+            self._voice.say(sender.link, answer)
+
+    def _data_stream(self, sender: Partner, message: Message, now: float) -> None:
+        if self.firmware.name != "ardupilot":
+            return
+        on = message.start_stop and message.req_message_rate
+        period_s = max(1.0 / message.req_message_rate, MIN_PERIOD_S) if on else -1.0
+        for stream in DATA_STREAMS.get(message.req_stream_id, ()):
+            self._schedule.set_period(sender.link, stream, period_s, now)
 
     # What goes out
 
@@ -377,49 +348,23 @@ class Autopilot:
 
     def _send_telemetry(self, link: Hashable, name: str, now: float) -> None:
         if name == "CURRENT_EVENT_SEQUENCE":
-            self._outbox.append((link, self._encoder.encode(self._events.current())))
+            self._voice.say(link, self._voice.events.current())
             return
         known = self._telemetry.message(name, self._uptime_s(now), now, self._missions, self.pilot)
         if known is not None:
-            message, extension = known
-            self._outbox.append((link, self._encoder.encode(message, extension)))
+            self._voice.say(link, *known)
 
     def _send_heartbeat(self) -> None:
-        self._outbox.append((None, self._encoder.encode(self._telemetry.heartbeat())))
+        self._voice.say(None, self._telemetry.heartbeat())
+
+    def _reply(self, replies: list[Reply], now: float) -> None:
+        self._voice.reply(replies, now, self._uptime_s(now))
 
     def _speak_for_pilot(self, now: float) -> None:
         if self._modes_told != self.vehicle.mode_changes:
             self._modes_told = self.vehicle.mode_changes
             if self.firmware.mode_heartbeat:
                 self._send_heartbeat()
-        self._reply(self.pilot.said(), now)
-
-    def _text(self, text: Text, now: float) -> None:
-        if self.firmware.statustext_needs_heartbeat:
-            self._text_id = self._text_id % 65535 + 1
-        frame = self._encoder.encode(
-            mavlink.MAVLink_statustext_message(text.severity, text.text.encode()[:50], self._text_id, 0)
-        )
-        for link in self._schedule.links() if text.link is None else [text.link]:
-            heard = self._heard_station.get(link, -math.inf)
-            if not self.firmware.statustext_needs_heartbeat or now < heard + GROUND_STATION_MEMORY_S:
-                self._outbox.append((link, frame))
-
-    def _reply(self, replies: list[Reply], now: float) -> None:
-        for reply in replies:
-            if isinstance(reply, Text):
-                self._text(reply, now)
-            elif isinstance(reply, Event):
-                if not self.firmware.sends_events:
-                    continue
-                event = self._events.add(reply.name, reply.levels, reply.arguments, self._uptime_s(now))
-                self._outbox += [(link, self._encoder.encode(event)) for link in self._schedule.links()]
-            elif isinstance(reply, Reached):
-                frame = self._encoder.encode(*message_of(reply))
-                self._outbox += [(link, frame) for link in self._schedule.links()]
-                self._repeats = [
-                    now + REACHED_AGAIN_S * n for n in range(1, self.firmware.reached_repeats + 1)
-                ]
-                self._repeated = reply
-            else:
-                self._outbox.append((reply.to.link, self._encoder.encode(*message_of(reply))))
+        said = self.pilot.said()
+        if said:
+            self._reply(said, now)

@@ -32,6 +32,8 @@ WATCH_S = 0.5
 PUSHED_LOOK_S = 0.1
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 EMPTY_SINK_M_S = 3.0
+ITEM_S = 0.02
+"""The least time an item takes: a round of the firmware's main loop. A jump back and forth costs time, too."""
 MAX_DO_ITEMS = 1000
 """So many items without a place are done in a row; a jump onto itself would never end."""
 
@@ -378,7 +380,7 @@ class Pilot:
 
     def hold_s(self, seq: int, seconds: float) -> float:
         """Return the hold of an item as it will be flown."""
-        return seconds / 2 if self.setting.faults.hold_cut == seq else seconds
+        return max(seconds / 2 if self.setting.faults.hold_cut == seq else seconds, ITEM_S)
 
     def strike(self, seq: int, at: float) -> None:
         """Let happen what is to happen at this item; each once a flight."""

@@ -1,0 +1,120 @@
+"""What leaves the vehicle: replies, texts, events, telemetry and heartbeats as frames, and to which link each goes."""
+
+import math
+from collections.abc import Hashable, Iterable
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl_mock.events import EventBuffer
+from sitl_mock.firmware import Firmware
+from sitl_mock.mission_wire import message_of
+from sitl_mock.missions import Event, Partner, Reached, Reply, Text
+from sitl_mock.telemetry import Schedule
+from sitl_mock.wire import Encoder, Message
+
+GROUND_STATION_MEMORY_S = 2.5
+"""How long a ground station's heartbeat counts for."""
+REACHED_AGAIN_S = 1.0
+
+
+class Voice:
+    """The vehicle's outbox.
+
+    Parameters
+    ----------
+    firmware
+        Who hears texts and events, and how often an item reached is told.
+    encoder
+        Makes the frames.
+    schedule
+        Knows the links.
+    """
+
+    def __init__(self, firmware: Firmware, encoder: Encoder, schedule: Schedule) -> None:
+        self._firmware = firmware
+        self._encoder = encoder
+        self._schedule = schedule
+        self.events = EventBuffer()
+        self._outbox: list[tuple[Hashable | None, bytes]] = []
+        self._heard: dict[Hashable, float] = {}
+        self._text_id = 0
+        self._repeats: list[float] = []
+        self._repeated = Reached(0)
+
+    def take(self) -> list[tuple[Hashable | None, bytes]]:
+        """Return the frames to send and to whom, in order; None means every peer there is."""
+        outbox, self._outbox = self._outbox, []
+        return outbox
+
+    def say(self, link: Hashable | None, message: Message, extension: bytes = b"") -> None:
+        """Send a message to one link, or (None) to every peer."""
+        self._outbox.append((link, self._encoder.encode(message, extension)))
+
+    def say_to_all(self, message: Message) -> None:
+        """Send one frame to every link that has spoken."""
+        frame = self._encoder.encode(message)
+        self._outbox += [(link, frame) for link in self._schedule.links()]
+
+    def acknowledge(self, to: Partner, command: int, result: int) -> None:
+        """Send COMMAND_ACK."""
+        self.say(to.link, mavlink.MAVLink_command_ack_message(command, result, 0, 0, to.system, to.component))
+
+    def hear_station(self, link: Hashable, now: float) -> bool:
+        """Remember a ground station's heartbeat; return whether it was not heard of late."""
+        greets = now >= self._heard.get(link, -math.inf) + GROUND_STATION_MEMORY_S
+        self._heard[link] = now
+        return greets
+
+    def reply(self, replies: Iterable[Reply], now: float, uptime_s: float) -> None:
+        """Send what the mission lists and the pilot have to say."""
+        for reply in replies:
+            match reply:
+                case Text():
+                    self._text(reply, now)
+                case Event():
+                    if self._firmware.sends_events:
+                        event = self.events.add(reply.name, reply.levels, reply.arguments, uptime_s)
+                        for link in self._schedule.links():
+                            self.say(link, event)
+                case Reached():
+                    self.say_to_all(message_of(reply)[0])
+                    times = range(1, self._firmware.reached_repeats + 1)
+                    self._repeats, self._repeated = [now + REACHED_AGAIN_S * n for n in times], reply
+                case _:
+                    self.say(reply.to.link, *message_of(reply))
+
+    def _text(self, text: Text, now: float) -> None:
+        if self._firmware.statustext_needs_heartbeat:
+            self._text_id = self._text_id % 65535 + 1
+        frame = self._encoder.encode(
+            mavlink.MAVLink_statustext_message(text.severity, text.text.encode()[:50], self._text_id, 0)
+        )
+        for link in self._schedule.links() if text.link is None else [text.link]:
+            heard = self._heard.get(link, -math.inf)
+            if not self._firmware.statustext_needs_heartbeat or now < heard + GROUND_STATION_MEMORY_S:
+                self._outbox.append((link, frame))
+
+    def repeat(self, now: float) -> None:
+        """Tell the item reached last once more, if it is time."""
+        if self._repeats and now >= self._repeats[0]:
+            self._repeats = [at for at in self._repeats if at > now]
+            self.say_to_all(message_of(self._repeated)[0])
+
+    def next_repeat(self) -> float | None:
+        """Return when it is time for that."""
+        return self._repeats[0] if self._repeats else None
+
+    def forget(self, link: Hashable) -> None:
+        """Drop a link that is gone."""
+        self._heard.pop(link, None)
+
+    def fall_silent(self) -> None:
+        """Send nothing of what is waiting."""
+        self._outbox.clear()
+
+    def reboot(self) -> None:
+        """Lose what a power cycle loses."""
+        self.events = EventBuffer()
+        self._outbox.clear()
+        self._heard.clear()
+        self._repeats.clear()
