@@ -7,6 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
+from mavplan.bounds import Bound
 from mavplan.energy import rotor_of
 from mavplan.errors import InputError, Problem
 from mavplan.geo import LocalPlane
@@ -20,6 +23,7 @@ from mavplan.mission.geofence import Fence
 from mavplan.mission.model import HomePosition, Mission
 from mavplan.planners import plan_trajectory
 from mavplan.planners.index import joint_index
+from mavplan.planners.ordering import ORIGIN_M, path_length_m
 from mavplan.planners.sbw import sbw
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import planning_channel
@@ -150,7 +154,16 @@ def _round_zones(
     returns = scenario.vehicle.end == "rtl"
     found = keep_clear(trajectory, scenario.users, planning_channel(scenario), out, returns=returns)
     notes = (*trajectory.notes, *straight_returns(found.trajectory, out))
-    return replace(found.trajectory, notes=notes), found.back_m
+    bound = _of_path(trajectory.bound, found.trajectory.path_m, found.back_m)
+    return replace(found.trajectory, notes=notes, bound=bound), found.back_m
+
+
+def _of_path(bound: Bound | None, path_m: Floats, back_m: Floats) -> Bound | None:
+    """Return a bound on the length of paths beside that of this one, which turns at ``back_m`` on its way home."""
+    if bound is None or bound.objective == "mission_s":
+        return bound
+    home = np.vstack([back_m, ORIGIN_M]) if bound.objective == "tour_m" else np.empty((0, 2))
+    return replace(bound, plan=path_length_m(np.vstack([path_m, home])))
 
 
 def _places_e7(points_m: Floats, plane: LocalPlane) -> list[tuple[int, int]]:

@@ -7,8 +7,10 @@ demands again without the scenario.
 import dataclasses
 import hashlib
 import json
+import math
 from typing import Any
 
+from mavplan.bounds import Bound
 from mavplan.plan import Plan
 from mavplan.plan_forecast import forecast_object
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
@@ -25,6 +27,7 @@ def summary(plan: Plan) -> dict[str, Any]:
         "radius_m": round(trajectory.radius_m, 3),
         "length_m": round(trajectory.length_m, 3),
         "sum_rate_bit_s_hz": round(trajectory.sum_rate_bit_s_hz, 6),
+        "bound": _bound(trajectory.bound),
         "joint_index": None if plan.joint_index is None else round(plan.joint_index, 6),
         "flight_s": round(plan.forecast.flight_s, 1),
         "hover_s": plan.holds.hover_s,
@@ -32,6 +35,19 @@ def summary(plan: Plan) -> dict[str, Any]:
         "stops": _stops(plan),
         "users": _users(plan),
         "forecast": forecast_object(plan),
+    }
+
+
+def _bound(bound: Bound | None) -> dict[str, Any] | None:
+    """Return what no plan can be below, in metres or seconds, rounded down; None where the planner proves nothing."""
+    if bound is None:
+        return None
+    return {
+        "objective": bound.objective,
+        "plan": round(bound.plan, 3),
+        "bound": math.floor(bound.bound * 1e3) / 1e3,
+        "gap": round(bound.gap, 7),
+        "proved": bound.proved,
     }
 
 

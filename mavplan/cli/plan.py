@@ -37,6 +37,13 @@ class Clusters(click.ParamType[int | str]):
 @click.option("--planner", metavar="NAME", help="Planner, instead of the scenario's: tloaik.")
 @click.option("--clusters", type=Clusters(), help="Number of clusters or 'auto', instead of the scenario's.")
 @click.option(
+    "--time-limit",
+    "time_limit_s",
+    type=click.FloatRange(0, 86400),
+    metavar="S",
+    help="Seconds after which a search for a proof ends, instead of the scenario's: 30.",
+)
+@click.option(
     "--seed", type=click.IntRange(min=0), help="Seed of all that is random, instead of the scenario's."
 )
 @click.option(
@@ -68,6 +75,7 @@ def plan_command(
     scenario: Path,
     planner: str | None,
     clusters: int | str | None,
+    time_limit_s: float | None,
     seed: int | None,
     autopilot: str | None,
     hover: str,
@@ -80,6 +88,7 @@ def plan_command(
     \b
     mavplan plan scenario.toml
     mavplan plan scenario.toml --clusters 6 -o valley.plan -o valley.waypoints -o valley.png
+    mavplan plan scenario.toml --planner length --time-limit 60
     mavplan plan scenario.toml --items
     mavplan plan scenario.toml --json | jq .mission_s
     """
@@ -92,7 +101,7 @@ def plan_command(
 
     outputs = outputs or (Path(scenario.with_suffix(".plan").name),)
     check_outputs(outputs)
-    loaded = with_options(load_scenario(scenario), planner, clusters, seed, autopilot)
+    loaded = with_options(load_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s)
     with progress("planning") as tell:
         made = make_plan(loaded, hover, tell)  # type: ignore[arg-type]
     written, warnings = write_outputs(made, outputs)
@@ -114,9 +123,10 @@ def with_options(
     clusters: int | str | None,
     seed: int | None,
     autopilot: str | None,
+    time_limit_s: float | None = None,
 ) -> "Scenario":
     """Return the scenario with what the command line says instead."""
-    chosen = {"name": planner, "clusters": clusters, "seed": seed}
+    chosen = {"name": planner, "clusters": clusters, "seed": seed, "time_limit_s": time_limit_s}
     given: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
     vehicle: dict[str, Any] = {} if autopilot is None else {"autopilot": autopilot}
     return dataclasses.replace(

@@ -6,6 +6,7 @@ from dataclasses import asdict, astuple
 import click
 import numpy as np
 
+from mavplan.bounds import Bound
 from mavplan.cli.console import clock, counted, printable, stdout
 from mavplan.hover import demand_on_air
 from mavplan.mission.phases import Phases
@@ -68,7 +69,8 @@ def totals(plan: Plan) -> list[str]:
         f"{served}: {count - relayed} from the air, {relayed} by D2D; "
         f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home"
         f"{_kept(position_error_of(vehicle))}",
-        f"path {trajectory.length_m:,.0f} m, sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
+        f"path {trajectory.length_m:,.0f} m{_proved_length(trajectory.bound)}, "
+        f"sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
         f"hover {clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
         f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}",
         _energy(plan),
@@ -132,6 +134,19 @@ def _energy(plan: Plan) -> str:
 def _kept(error_m: float) -> str:
     """Return the clause on what is kept for drift."""
     return f", {error_m:g} m of drift allowed for" if error_m else ""
+
+
+def _proved_length(bound: Bound | None) -> str:
+    """Return what is proved of a path's length, with the way home where that counts."""
+    if bound is None or bound.objective == "mission_s":
+        return ""
+    home = f", with the way home {bound.plan:,.0f} m" if bound.objective == "tour_m" else ""
+    proved = (
+        "proved the shortest"
+        if bound.proved
+        else f"at least {bound.bound:,.0f} m proved (gap {bound.gap:.2%})"
+    )
+    return f"{home}, {proved}"
 
 
 def _names(names: Sequence[str]) -> str:

@@ -14,6 +14,8 @@ from mavplan.errors import InputError, Problem
 from mavplan.planners.boaik import boaik
 from mavplan.planners.clustering import candidate_clusters, distinct_places
 from mavplan.planners.index import joint_index
+from mavplan.planners.length import length
+from mavplan.planners.limits import Limits
 from mavplan.planners.one_thread import one_thread
 from mavplan.planners.sbw import sbw
 from mavplan.planners.setting import Setting
@@ -65,6 +67,7 @@ PLANNERS: dict[str, Planner] = {
         Planner("tloaik", "shortest trajectory", tloaik, length_m),
         Planner("stoaik", "highest throughput", stoaik, imbalance),
         Planner("boaik", "balance of both", boaik, imbalance),
+        Planner("length", "shortest path that reaches everybody, with a proof", length, None),
         Planner("sbw", "strips, the benchmark", lambda users, channel, _setting: sbw(users, channel), None),
     )
 }
@@ -99,12 +102,14 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
         raise InputError([Problem("[vehicle] altitude_m", message, "no-coverage")])
 
     places = distinct_places(users)
+    returns, limits = scenario.vehicle.end == "rtl", Limits(options.time_limit_s)
+    tell = progress if planner.cost is None else None
 
     def run(clusters: int) -> Trajectory:
         # Each K has a generator of its own: what one K draws does not depend on which others are tried.
         # More clusters than places are as many as places, in the draw too.
         rng = np.random.default_rng([options.seed, min(clusters, places)])
-        return planner.plan(users, channel, Setting(clusters, rng, options.solver))
+        return planner.plan(users, channel, Setting(clusters, rng, options.solver, returns, limits, tell))
 
     if planner.cost is None:
         return run(0)

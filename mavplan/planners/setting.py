@@ -1,10 +1,15 @@
 """What a planner is given beside users and channel: its options, settled for one run."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from mavplan.planners.limits import Limits
 from mavplan.scenario.sections import Solver
+
+NODES = 20_000
+"""Nodes of a search where nobody says otherwise; some ten seconds."""
 
 
 @dataclass(frozen=True)
@@ -19,8 +24,22 @@ class Setting:
         Draws all that is random.
     solver
         How the convex steps are solved: in closed form, or by CVXPY as the reference.
+    returns
+        Whether the mission ends at home. Planners of the paper do not ask.
+    limits
+        Where searches end that could go on. By default after so many nodes, the same on every machine.
+    progress
+        Called with what is done and what there is to do.
     """
 
     clusters: int
     rng: np.random.Generator
     solver: Solver = "closed-form"
+    returns: bool = False
+    limits: Limits = field(default_factory=lambda: Limits(nodes=NODES))
+    progress: Callable[[int, int], None] | None = None
+
+    def whole_progress(self, done: float, todo: float) -> None:
+        """Tell progress in whole numbers."""
+        if self.progress is not None:
+            self.progress(int(done), int(todo))

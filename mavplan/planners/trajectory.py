@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mavplan.bounds import Bound
 from mavplan.errors import Problem
 from mavplan.planners.geometry import nearest_of
 from mavplan.planners.ordering import from_origin, minimum_path_order, path_length_m
@@ -58,6 +59,8 @@ class Trajectory:
         Coverage radius R.
     notes
         What the planner had to change or decide that a user should know.
+    bound
+        What no plan can be below, where the planner proves one.
     """
 
     planner: str
@@ -68,6 +71,7 @@ class Trajectory:
     assignment: Assignment
     radius_m: float
     notes: tuple[Problem, ...] = ()
+    bound: Bound | None = None
 
     @property
     def stops_m(self) -> Floats:

@@ -148,9 +148,13 @@ class Rally:
 
 @dataclass(frozen=True, config=_CHECKED)
 class PlannerOptions:
-    """Which planner, how many clusters (``auto`` tries several), the seed of all that is random, the solver."""
+    """Which planner, how many clusters (``auto`` tries several), the seed of all that is random, the solver.
+
+    ``time_limit_s`` is for planners that search for a proof: `length`.
+    """
 
     name: str = "tloaik"
     clusters: Annotated[int, Field(ge=1)] | Literal["auto"] = "auto"
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     solver: Solver = "closed-form"
+    time_limit_s: Annotated[float, Field(ge=0, le=86400)] = 30.0

@@ -35,6 +35,7 @@ def test_the_object_has_the_keys_that_scripts_rely_on(planned):
             "planner",
             "radius_m",
             "length_m",
+            "bound",
             "sum_rate_bit_s_hz",
             "joint_index",
             "flight_s",
@@ -54,7 +55,7 @@ def test_the_object_has_the_keys_that_scripts_rely_on(planned):
 
 
 @pytest.mark.parametrize("name", ["valley", "hppp60", "coast"])
-@pytest.mark.parametrize("planner", ["tloaik", "stoaik", "boaik", "sbw"])
+@pytest.mark.parametrize("planner", ["tloaik", "stoaik", "boaik", "length", "sbw"])
 def test_every_user_is_within_reach_of_the_stop_that_the_mission_flies_to(planned, name, planner):
     found, document, mission = planned(name, "--planner", planner, "--clusters", "4")
     users = {user["name"]: user for user in found["users"]}

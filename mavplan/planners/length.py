@@ -1,0 +1,55 @@
+"""Length: the shortest path that comes within R of everybody, for when only reaching people counts.
+
+The close-enough travelling salesman problem: D. J. Gulczynski, J. W. Heath and C. C. Price, "The close enough
+traveling salesman problem: a discussion of several heuristics", in: Perspectives in Operations Research, 2006,
+doi 10.1007/978-0-387-39934-8_16. Solved to proof by branch and bound, see `path_search`.
+"""
+
+import numpy as np
+
+from mavplan.bounds import Bound
+from mavplan.errors import Problem
+from mavplan.planners.limits import Limits
+from mavplan.planners.ordering import ORIGIN_M, from_origin, path_length_m
+from mavplan.planners.path_bound import PathBound, shortest_path
+from mavplan.planners.path_problem import path_problem
+from mavplan.planners.path_stops import stops_on_path
+from mavplan.planners.setting import Setting
+from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.radio import Channel
+from mavplan.scenario.model import Users
+
+
+def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
+    """Plan the shortest path from home that comes within R of each user, or of one of each D2D pair.
+
+    Where the mission returns, the way back counts. Stops stand on that path, as few as do.
+    """
+    problem = path_problem(users.xy_m, channel.radius_m, returns=setting.returns, mate=users.mate)
+    found = shortest_path(problem.without_met(), setting.limits, setting.whole_progress)
+    stops = stops_on_path(users, channel, problem.path_m(found.path.points_m))
+    path = from_origin(stops)
+    way_m = path_length_m(np.vstack([path, ORIGIN_M]) if setting.returns else path)
+    bound = Bound("tour_m" if setting.returns else "path_m", way_m, min(found.bound_m, way_m))
+    return Trajectory(
+        planner="length",
+        clusters=0,
+        path_m=path,
+        stop_at=np.arange(1, len(path)),
+        reference_m=np.empty((0, 2)),
+        assignment=assign(users, stops, channel, d2d=True),
+        radius_m=channel.radius_m,
+        notes=_notes(found, setting.limits),
+        bound=bound,
+    )
+
+
+def _notes(found: PathBound, limits: Limits) -> tuple[Problem, ...]:
+    """Return what to know where the search was cut off."""
+    if found.proved or limits.seconds is None:
+        return ()
+    message = (
+        f"the search for the shortest path was cut off after {limits.seconds:g} s, {found.gap:.2%} above what is "
+        "proved: another run may find another path"
+    )
+    return (Problem("[planner] time_limit_s", message, "not-proved", "warning"),)
