@@ -70,6 +70,8 @@ class ClearSession(Session):
         self._clear: Clear | None = None
         self._count: Count | None = None
         self._attempts = 0
+        self._refused: int | None = None
+        self._stopped = False
 
     @property
     def done(self) -> bool:
@@ -103,6 +105,7 @@ class ClearSession(Session):
             self._say_cleared()
             return
         self._attempts += 1
+        self._refused = None
         self._notes.append(Progress(f"clearing {THINGS[self._todo[0]]}"))
         self._clear = Clear(vehicle.address, self.us, self._todo[0], now=now, deadline=self.deadline)
 
@@ -118,13 +121,12 @@ class ClearSession(Session):
         self._let_parts(now)
 
     def _let_parts(self, now: float) -> None:
-        for part in (self._clear, self._count):
+        for part in (None if self._stopped else self._clear, self._count):
             if part is not None:
                 part.tick(now)
                 self._outbox += part.to_send()
 
     def _advance(self, vehicle: Vehicle, now: float) -> None:
-        kind = self._todo[0] if self._todo else 0
         if self._count is not None:
             if self._count.done:
                 self._counted(vehicle, self._count.count, now)
@@ -132,23 +134,22 @@ class ClearSession(Session):
             if outcome.end is ClearEnd.EXPIRED:
                 self._expire(now, f"no end within {self.deadline_s:g} s")
                 return
-            if outcome.end is ClearEnd.REFUSED:
-                why = result_words(outcome.result or 0)
-                flying = "; while a mission is flown it cannot be cleared" if kind == 0 else ""
-                self.error = RefusedError(
-                    f"{self.rules.title} refused to clear its {THINGS[kind]}: {why}{flying}; it keeps what it had"
-                )
-                self._say_cleared()
-                return
-            self._count = Count(
-                vehicle.address,
-                self.us,
-                kind,
-                now=now,
-                deadline=self.deadline,
-                ask_again_s=LIST_AGAIN_S,
-                pace=self._pace,
-            )
+            self._refused = outcome.result if outcome.end is ClearEnd.REFUSED else None
+            self._ask_count(vehicle, now)
+        elif self._watch is not None and self._watch.armed and not self._allow_armed:
+            self._stopped = True  # no clear any more; but one that was sent may have done its work
+            self._ask_count(vehicle, now)
+
+    def _ask_count(self, vehicle: Vehicle, now: float) -> None:
+        self._count = Count(
+            vehicle.address,
+            self.us,
+            self._todo[0],
+            now=now,
+            deadline=self.deadline,
+            ask_again_s=LIST_AGAIN_S,
+            pace=self._pace,
+        )
 
     def _counted(self, vehicle: Vehicle, count: int | None, now: float) -> None:
         kind = self._todo[0]
@@ -161,6 +162,19 @@ class ClearSession(Session):
             self._writes[kind] = self._watch.writes[kind] if self._watch is not None else 0
             self._attempts = 0
             self._next(vehicle, now)
+        elif self._refused is not None:
+            why = result_words(self._refused)
+            flying = "; while a mission is flown it cannot be cleared" if kind == 0 else ""
+            self.error = RefusedError(
+                f"{self.rules.title} refused to clear its {THINGS[kind]}: {why}{flying}; it keeps what it had"
+            )
+            self._say_cleared()
+        elif self._stopped:
+            self.error = UncertainError(
+                f"{vehicle.address} has been armed meanwhile, so nothing more was sent; its {THINGS[kind]} of {count} "
+                "items may still be cleared by what is on its way"
+            )
+            self._say_cleared()
         elif self._attempts < ATTEMPTS:
             self._next(vehicle, now)
         else:
@@ -174,7 +188,8 @@ class ClearSession(Session):
             self.error = told_besides(self.error, f"cleared before: {names}")
 
     def _timers(self) -> list[float | None]:
-        return [part.next_timer() for part in (self._clear, self._count) if part is not None]
+        parts = (None if self._stopped else self._clear, self._count)
+        return [part.next_timer() for part in parts if part is not None]
 
     def _expire(self, now: float, cause: str) -> None:
         del now

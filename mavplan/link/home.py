@@ -8,7 +8,16 @@ this one.
 import math
 
 from mavplan.errors import Problem, RefusedError
-from mavplan.link.protocol import HOME_POSITION_ID, REQUEST_MESSAGE, Address, Message, request_message, sender
+from mavplan.link.protocol import (
+    GROUND,
+    HOME_POSITION_ID,
+    REQUEST_MESSAGE,
+    Address,
+    Message,
+    is_for,
+    request_message,
+    sender,
+)
 from mavplan.link.transfer import Pace
 from mavplan.mission.model import HomePosition
 
@@ -40,11 +49,20 @@ class HomeQuery:
     now, deadline
         Start, and when to give up.
     asked_alone
-        Nothing else is requested meanwhile, so that an answer to a request is one to this.
+        Nothing else is requested meanwhile, so that an answer to a request of ours is one to this.
+    us
+        Whose requests count.
     """
 
     def __init__(
-        self, vehicle: Address, pace: Pace, *, now: float, deadline: float, asked_alone: bool = True
+        self,
+        vehicle: Address,
+        pace: Pace,
+        *,
+        now: float,
+        deadline: float,
+        asked_alone: bool = True,
+        us: Address = GROUND,
     ) -> None:
         self.home: HomePosition | None = None
         self._vehicle = vehicle
@@ -53,6 +71,7 @@ class HomeQuery:
         self._ask_at = now
         self._noes = 0
         self._counts_answers = asked_alone
+        self._us = us
         self._outbox: list[Message] = []
         self._over = False
 
@@ -69,7 +88,9 @@ class HomeQuery:
         kind = message.get_type()
         if kind == "HOME_POSITION" and (message.latitude or message.longitude):
             self.home = HomePosition(message.latitude, message.longitude, message.altitude / 1000)
-        elif kind == "COMMAND_ACK" and message.command == REQUEST_MESSAGE and self._counts_answers:
+        elif kind != "COMMAND_ACK" or not self._counts_answers:
+            return
+        elif message.command == REQUEST_MESSAGE and is_for(message, self._us):
             self._noes += REFUSAL_COUNTS if message.result else 1
 
     def tick(self, now: float) -> None:

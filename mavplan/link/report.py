@@ -119,6 +119,10 @@ def refused(
         name = command_name(upload.items[outcome.seq].command)
         what = f"{rules.title} refused item {outcome.seq} ({name}): {result_words(outcome.result or 0)}"
     said = f"; it says {'; '.join(repr(text) for text in texts)}" if texts else ""
+    if stored is not None and not found and (upload.all_sent or upload.was_whole):
+        return UncertainError(
+            f"{what}, but everything had been sent and it now holds just this {thing}: verify{said}"
+        )
     # A whole try before this one may have been stored, unless it was the refusal of a whole list each time.
     stored_before = upload.was_whole and outcome.result != Result.ERROR
     if not upload.taken or (manners.atomic and not stored_before):

@@ -30,7 +30,8 @@ from mavplan.link.upload import UploadEnd, UploadOutcome
 from mavplan.link.verdict import Judgement, Verdict
 from mavplan.link.watch import Watch
 from mavplan.mission.autopilots import AutopilotRules
-from mavplan.mission.readback import differences
+from mavplan.mission.checksum import px4_id
+from mavplan.mission.readback import Difference, differences
 from mavplan.mission.wire import WireItem
 
 QUIET_S = 1.0
@@ -162,6 +163,10 @@ class Store:
         if self.outcome is not None:
             return
         self._look_round(now)
+        if self._would_begin() and self._watch.armed and not self._allow_armed:
+            cause = "the vehicle has been armed meanwhile, so nothing more was sent"
+            self.outcome = broken_off(self.upload, self.rules, self.manners, cause)
+            return
         parts = (self.upload, self._download, self._verdict, self._reason)
         for part in parts:
             if part is not None:
@@ -209,6 +214,10 @@ class Store:
             self.upload.vehicle_rebooted(now)
         elif self.phase in {Phase.READING, Phase.SETTLING} and disturbed:
             self._read_again(now)
+
+    def _would_begin(self) -> bool:
+        """Whether the next thing to be sent is a count: on ArduPilot it cuts off what is there."""
+        return self.phase is Phase.UPLOADING and self.upload.state in {State.ASKING, State.PAUSED}
 
     # -- the way through the phases ---------------------------------------------------------------------------
 
@@ -280,6 +289,7 @@ class Store:
             self.outcome = unread(self.upload, self.rules, f"no end within {self.deadline_s:g} s")
             return
         found = differences(self.items, outcome.items, self.rules, self.kind)
+        found += self._other_id(download) if not found else []
         if not found:
             self._stored = outcome.items
             self._opaque_id = download.opaque_id or self.upload.opaque_id
@@ -305,6 +315,17 @@ class Store:
             self.phase = Phase.UPLOADING
             self._note("uploading", "the read-back differs: uploading again")
             self.upload.restart(now, QUIET_S)
+
+    def _other_id(self, download: Download) -> list[Difference]:
+        """Find that the vehicle's id of the list is another one: not every field reads back as it is flown."""
+        announced, acked = download.opaque_id, self.upload.opaque_id
+        if announced is None:
+            return []
+        ours = px4_id(self.items)
+        if announced == ours or (announced == acked and acked != ours):  # a version that counts otherwise
+            return []
+        words = f"all fields read back as sent, but the vehicle's checksum is {announced}, not {ours}"
+        return [Difference(None, "checksum", ours, announced, words)]
 
     def _refused_as_a_whole(self) -> bool:
         """Whether the vehicle looked at a whole fence, said no without a better word, and kept its old one."""

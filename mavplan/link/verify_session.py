@@ -24,6 +24,7 @@ from mavplan.link.protocol import (
 from mavplan.link.report import THINGS
 from mavplan.link.session import Session
 from mavplan.link.transfer import Progress
+from mavplan.link.watch import Watch
 from mavplan.mission.checksum import px4_id
 from mavplan.mission.model import Autopilot, Mission
 from mavplan.mission.readback import Difference, differences
@@ -73,6 +74,15 @@ class HoldsOtherError(CheckError):
         super().__init__(message)
 
 
+@dataclass(frozen=True, slots=True)
+class _Compared:
+    """What came of one list, and how much of other stations' writing to it had been noticed by then."""
+
+    found: tuple[Difference, ...]
+    words: str
+    signs: int
+
+
 class VerifySession(Session):
     """Compare what the one vehicle of a link holds with a mission.
 
@@ -108,8 +118,7 @@ class VerifySession(Session):
         self._signs: tuple[int, int] = (0, 0)
         self._id: int | None = None
         self._infeasible = False
-        self._found_differences: list[Difference] = []
-        self._words: list[str] = []
+        self._compared: dict[int, _Compared] = {}
 
     @property
     def done(self) -> bool:
@@ -154,6 +163,8 @@ class VerifySession(Session):
     def _on_announced(self, message: Message, vehicle: Vehicle) -> None:
         told = {kind: opaque_id(message, kind) for kind in self._lists}
         self._announced_by = None
+        if self._watch is not None and any(self._watch.signs_of(kind) for kind in self._lists):
+            return  # another station is at it: look at every item
         if message.total == len(self._lists[MISSION_TYPE]) and all(
             told[kind] == px4_id(items) for kind, items in self._lists.items()
         ):
@@ -177,28 +188,37 @@ class VerifySession(Session):
         watch = self._watch
         if watch is None:
             return
+        for kind, compared in list(self._compared.items()):
+            if watch.signs_of(kind) != compared.signs:
+                del self._compared[kind]
+                self._todo.append(kind)
         if self._download is None:
-            watch.mission_type = self._todo[0]
-            self._signs = (watch.foreign_signs, watch.reboots)
-            self._download = Download(
-                self.manners,
-                vehicle.address,
-                self.us,
-                self._todo[0],
-                now=now,
-                deadline=self.deadline,
-                pace=self._pace,
-                phase=f"reading {THINGS[self._todo[0]]}",
-            )
-        elif (signs := (watch.foreign_signs, watch.reboots)) != self._signs:
+            self._begin(self._todo[0], watch, vehicle, now)
+        elif (signs := (watch.signs_of(self._todo[0]), watch.reboots)) != self._signs:
             self._signs = signs
             self._notes.append(Progress("reading", 0, 0, "another station or a restart: reading again"))
             self._download.restart(now, QUIET_S)
-        self._download.tick(now)
-        self._outbox += self._download.to_send()
-        self._notes += self._download.events()
-        if self._download.outcome is not None:
-            self._list_read(self._download, vehicle, now)
+        if self._download is not None:
+            self._download.tick(now)
+            self._outbox += self._download.to_send()
+            self._notes += self._download.events()
+            if self._download.outcome is not None:
+                self._list_read(self._download, vehicle, now)
+
+    def _begin(self, kind: int, watch: Watch, vehicle: Vehicle, now: float) -> None:
+        self._signs = (watch.signs_of(kind), watch.reboots)
+        self._download = Download(
+            self.manners,
+            vehicle.address,
+            self.us,
+            kind,
+            now=now,
+            deadline=self.deadline,
+            pace=self._pace,
+            phase=f"reading {THINGS[kind]}",
+        )
+        if watch.signs_of(kind):
+            self._download.restart(now, QUIET_S)
 
     def _list_read(self, download: Download, vehicle: Vehicle, now: float) -> None:
         kind, outcome = self._todo[0], download.outcome
@@ -213,15 +233,17 @@ class VerifySession(Session):
         if kind == MISSION_TYPE:
             self._id = download.opaque_id
         found = differences(self._lists[kind], outcome.items, self.rules, kind)
-        if found:
-            self._found_differences += found
-            self._words.append(self._difference_words(kind, outcome.items, found))
+        words = self._difference_words(kind, outcome.items, found) if found else ""
+        self._compared[kind] = _Compared(tuple(found), words, self._signs[0])
         self._todo.pop(0)
         self._download = None
         if self._todo:
             self._on_tick(now)
-        elif self._words:
-            self.error = HoldsOtherError("; ".join(self._words), self._found_differences)
+            return
+        wrong = [self._compared[kind] for kind in self._lists if self._compared[kind].found]
+        if wrong:
+            every = [difference for compared in wrong for difference in compared.found]
+            self.error = HoldsOtherError("; ".join(compared.words for compared in wrong), every)
         else:
             self._same("download", vehicle)
 
