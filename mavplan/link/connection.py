@@ -20,6 +20,8 @@ from mavplan.link.signing import Signing
 CHUNK = 65_536
 CONNECT_S = 5.0
 RECONNECT_S = 1.0
+PEER_GONE_S = 5.0
+"""Silence after which a vehicle may be somewhere else: it sends a heartbeat a second."""
 WRITE_S = 0.25
 """A peer that takes no bytes for so long has lost them: better than waiting beyond a deadline."""
 
@@ -30,6 +32,10 @@ class Connection(ABC):
     """One open link; with a key in ``signing``, frames that are not signed with it are not believed."""
 
     signing: Signing | None = None
+    opening_s: float = 0.0
+    """How long it took to open: that time is gone from a deadline."""
+    rival: str | None = None
+    """Another address that sends as the vehicle, too, and is not listened to."""
 
     @abstractmethod
     def read(self, timeout_s: float) -> bytes:
@@ -48,6 +54,10 @@ class Connection(ABC):
 
         Of use where several may send to one UDP port; elsewhere there is one peer anyway.
         """
+
+    def from_rival(self) -> bool:
+        """Whether the last bytes came from elsewhere than from the peer that is held, which is still there."""
+        return False
 
 
 @contextlib.contextmanager
@@ -72,7 +82,9 @@ def open_connection(
     InputError
         A serial endpoint without the package pyserial.
     """
+    begin = time.monotonic()
     connection = _opened(endpoint, connect_s)
+    connection.opening_s = time.monotonic() - begin
     connection.signing = signing
     try:
         yield connection
@@ -158,6 +170,7 @@ class UdpIn(_Udp):
         self._last: Any = None
         self._peer: Any = None
         self._held = False
+        self._peer_at = 0.0
 
     @property
     def port(self) -> int:
@@ -166,7 +179,18 @@ class UdpIn(_Udp):
 
     def hold_peer(self) -> None:
         """Answer only to where the last datagram came from."""
-        self._peer, self._held = self._last, True
+        self._peer, self._held, self._peer_at = self._last, True, time.monotonic()
+
+    def from_rival(self) -> bool:
+        """Whether the last datagram came from elsewhere than from the peer that is held, which is still there.
+
+        A vehicle's address may change on its way; but two vehicles of the same system id would be taken for one.
+        """
+        held = self._held and time.monotonic() < self._peer_at + PEER_GONE_S
+        if not held or self._last == self._peer:
+            return False
+        self.rival = f"{self._last[0]}:{self._last[1]}"
+        return True
 
     def _heard(self, sender: Any) -> None:
         self._last = sender

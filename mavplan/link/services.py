@@ -48,7 +48,7 @@ def clear_vehicle(
     """
     session = ClearSession(
         kinds,
-        now=time.monotonic(),
+        now=time.monotonic() - connection.opening_s,
         deadline_s=deadline_s,
         system=system,
         place=place,
@@ -89,7 +89,12 @@ def verify_mission(
         It could not be had from the vehicle.
     """
     session = VerifySession(
-        mission, now=time.monotonic(), deadline_s=deadline_s, system=system, place=place, source=source
+        mission,
+        now=time.monotonic() - connection.opening_s,
+        deadline_s=deadline_s,
+        system=system,
+        place=place,
+        source=source,
     )
     drive(session, connection, progress)
     if session.report is None:
@@ -114,7 +119,9 @@ def vehicle_info(
     RefusedError
         It runs a firmware that is not known here.
     """
-    session = InfoSession(now=time.monotonic(), deadline_s=deadline_s, system=system, place=place)
+    session = InfoSession(
+        now=time.monotonic() - connection.opening_s, deadline_s=deadline_s, system=system, place=place
+    )
     drive(session, connection, progress)
     if session.info is None or not session.done or session.error is not None:
         raise session.error or MavplanError("asking the vehicle ended without an outcome")

@@ -100,7 +100,7 @@ def upload_mission(
     with _carrier(via, connection) as (transfers, station):
         session = UploadSession(
             mission,
-            now=time.monotonic(),
+            now=time.monotonic() - connection.opening_s,
             deadline_s=default_deadline_s(item_count(mission)) if deadline_s is None else deadline_s,
             system=system,
             place=place,
@@ -175,7 +175,7 @@ def download_mission(
     """
     with _carrier(via, connection) as (transfers, station):
         session = DownloadSession(
-            now=time.monotonic(),
+            now=time.monotonic() - connection.opening_s,
             deadline_s=deadline_s,
             system=system,
             place=place,
@@ -243,9 +243,16 @@ def drive(
 
 
 def dropped_warnings(connection: Connection) -> list[Problem]:
-    """Return what is to be said of frames that were not signed as they should be."""
+    """Return what is to be said of frames that were not signed as they should be, or were another vehicle's."""
     words = connection.signing.dropped_words() if connection.signing is not None else ""
-    return [Problem("signing", words, "not-signed", "warning")] if words else []
+    found = [Problem("signing", words, "not-signed", "warning")] if words else []
+    if connection.rival is not None:
+        said = (
+            f"{connection.rival} sends as the same system, too, and was not listened to: if that is another vehicle, "
+            "give each its own system id"
+        )
+        found.append(Problem("system id", said, "same-system", "warning"))
+    return found
 
 
 def _explain(error: MavplanError, codec: Codec) -> None:
@@ -285,6 +292,8 @@ def _step(
     now = time.monotonic()
     for message in codec.decode(data, now):
         if session.vehicle is not None and sender(message) == session.vehicle.address:
+            if connection.from_rival():
+                continue  # another vehicle with the same ids
             connection.hold_peer()
             if station is not None:
                 station.feed(message)

@@ -1,5 +1,6 @@
 """Real sockets and a real (pseudo) serial port, on this machine only."""
 
+import contextlib
 import os
 import pty
 import socket
@@ -10,8 +11,13 @@ import time
 import pytest
 
 from mavplan.errors import InputError, NoLinkError
-from mavplan.link.connection import TcpIn, UdpIn, open_connection
+from mavplan.link.connection import Connection, TcpIn, UdpIn, open_connection
 from mavplan.link.endpoint import Endpoint, parse_endpoint
+from mavplan.link.services import clear_vehicle, vehicle_info, verify_mission
+from mavplan.link.vehicle import download_mission, upload_mission
+from sitl_mock.autopilot import Autopilot
+from sitl_mock.firmware import FIRMWARES
+from tests.link.harness import make_mission
 
 
 def udp():
@@ -199,3 +205,93 @@ def test_a_serial_port_without_pyserial_says_what_to_install(monkeypatch):
         open_connection(parse_endpoint("/dev/ttyUSB0,57600")),
     ):
         pass
+
+
+def test_a_second_address_is_a_rival_while_the_held_one_is_there_and_the_vehicle_moved_when_it_is_gone(
+    monkeypatch,
+):
+    with open_connection(ANY("udpin")) as link, udp() as vehicle, udp() as other:
+        here = ("127.0.0.1", link.port)
+        vehicle.sendto(b"first", here)
+        link.read(5)
+        assert not link.from_rival()
+        link.hold_peer()
+        other.sendto(b"other", here)
+        link.read(5)
+        assert link.from_rival()
+        assert link.rival == "{}:{}".format(*other.getsockname())
+        monkeypatch.setattr("mavplan.link.connection.PEER_GONE_S", 0.0)
+        assert not link.from_rival()
+
+
+def test_two_vehicles_of_the_same_system_id_are_not_taken_for_one_and_that_is_said():
+    """Only one of them gets the mission, whole."""
+    mission = make_mission("px4", 4)
+    with open_connection(ANY("udpin")) as link, udp() as one, udp() as two:
+        here, over = ("127.0.0.1", link.port), threading.Event()
+        home = (37.4, -122.1, 10.0)
+        vehicles = [(sock, Autopilot(FIRMWARES["px4"], home=home)) for sock in (one, two)]
+
+        def fly(sock, vehicle):
+            sock.settimeout(0.005)
+            while not over.is_set():
+                with contextlib.suppress(TimeoutError):
+                    vehicle.receive(sock.recv(999), "link", time.monotonic())
+                vehicle.tick(time.monotonic())
+                for _, frame in vehicle.to_send():
+                    sock.sendto(frame, here)
+
+        threads = [threading.Thread(target=fly, args=each) for each in vehicles]
+        for thread in threads:
+            thread.start()
+        try:
+            report = upload_mission(mission, link, deadline_s=20.0)
+        finally:
+            over.set()
+            for thread in threads:
+                thread.join()
+    assert [problem.code for problem in report.warnings if problem.code == "same-system"]
+    assert sorted(len(vehicle.stored(0)) for _, vehicle in vehicles) == [0, len(mission.items)]
+
+
+class Quiet(Connection):
+    """Nobody is there, and it took three seconds to find that place."""
+
+    opening_s = 3.0
+
+    def read(self, timeout_s):
+        time.sleep(timeout_s)
+        return b""
+
+    def write(self, data):
+        pass
+
+    def close(self):
+        pass
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda link: upload_mission(make_mission("px4", 1), link, deadline_s=3.2),
+        lambda link: download_mission(link, deadline_s=3.2),
+        lambda link: verify_mission(make_mission("px4", 1), link, deadline_s=3.2),
+        lambda link: vehicle_info(link, deadline_s=3.2),
+        lambda link: clear_vehicle((0,), link, deadline_s=3.2),
+    ],
+)
+def test_the_time_that_opening_takes_is_gone_from_the_deadline(work):
+    begin = time.monotonic()
+    with pytest.raises(NoLinkError):
+        work(Quiet())
+    assert time.monotonic() - begin < 1.5
+
+
+def test_opening_is_timed(monkeypatch):
+    def slow(endpoint, connect_s):
+        time.sleep(0.05)
+        return Quiet()
+
+    monkeypatch.setattr("mavplan.link.connection._opened", slow)
+    with open_connection(ANY("udpin")) as link:
+        assert 0.05 <= link.opening_s < 1.0
