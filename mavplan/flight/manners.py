@@ -3,9 +3,11 @@
 Modes are the ``custom_mode`` of HEARTBEAT. ArduPilot numbers them; PX4 packs a main and a sub mode.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mavplan.flight.command import CommandLong
+from mavplan.mission.build import End
 from mavplan.mission.model import Autopilot
 
 DO_SET_MODE = 176
@@ -32,7 +34,7 @@ class FlightManners:
     mission_mode
         Flying its mission.
     end_modes
-        Where the mission itself leads at its end.
+        Where the mission itself leads at its end, by what that is.
     hold_modes
         What keeps it where it is, the best first. None that follows the sticks.
     return_mode
@@ -44,7 +46,7 @@ class FlightManners:
     arms_itself: bool
     arming_mode: int | None
     mission_mode: int
-    end_modes: frozenset[int]
+    end_modes: Mapping[End, frozenset[int]]
     hold_modes: tuple[int, ...]
     return_mode: int
 
@@ -64,7 +66,7 @@ FLIGHT_MANNERS: dict[Autopilot, FlightManners] = {
         arms_itself=False,
         arming_mode=_GUIDED,  # arming in AUTO is refused by default
         mission_mode=_AUTO,
-        end_modes=frozenset(),  # a return at the mission's end is flown in AUTO
+        end_modes={},  # a return at the mission's end is flown in AUTO
         hold_modes=(_BRAKE, _GUIDED),  # LOITER takes its climb from the throttle stick
         return_mode=_RTL,
     ),
@@ -74,7 +76,11 @@ FLIGHT_MANNERS: dict[Autopilot, FlightManners] = {
         arms_itself=True,
         arming_mode=None,
         mission_mode=_PX4_MISSION,
-        end_modes=frozenset({_PX4_RETURN, _PX4_LAND, _PX4_HOLD}),
+        end_modes={
+            "rtl": frozenset({_PX4_RETURN, _PX4_LAND}),
+            "land": frozenset({_PX4_LAND, _PX4_HOLD}),
+            "stay": frozenset({_PX4_HOLD}),
+        },
         hold_modes=(_PX4_HOLD,),
         return_mode=_PX4_RETURN,
     ),

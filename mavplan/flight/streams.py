@@ -75,7 +75,9 @@ class Streams:
         The link's round trip.
     """
 
-    def __init__(self, vehicle: Address, us: Address, pace: Pace, wanted: tuple[Stream, ...] = WANTED) -> None:
+    def __init__(
+        self, vehicle: Address, us: Address, pace: Pace, wanted: tuple[Stream, ...] = WANTED
+    ) -> None:
         self._vehicle = vehicle
         self._us = us
         self._pace = pace

@@ -1,6 +1,6 @@
 """What a vehicle tells of itself in flight, and since when: `Telemetry`. No I/O, no judgement.
 
-Times are the caller's, in seconds, but for `Telemetry.clock_s`, the vehicle's own: a simulator's may run faster.
+Times are the caller's, in seconds, but for `VehicleClock`, the vehicle's own: a simulator's may run faster.
 """
 
 import math
@@ -19,6 +19,8 @@ CLOCK_SLIP_S = 3.0
 SAME_TEXT_S = 3.0
 WHOLE_TEXT_S = 0.3
 """After so long the parts of a text are together."""
+RATE_AFTER_S = 5.0
+"""So long a vehicle's clock is compared with ours before its pace is believed."""
 KEPT_TEXTS = 100
 NO_SEQ = 65_535
 PREARM_CHECK = 0x1000_0000
@@ -56,9 +58,42 @@ class Settled(Generic[Value]):
         self.value, self.since, self._next = value, now, None
         return True
 
-    def forget(self) -> None:
-        """Begin anew."""
-        self.value, self._next = None, None
+    def take(self, value: Value, now: float) -> None:
+        """Let a value count at once."""
+        if value != self.value:
+            self.value, self.since = value, now
+        self._next = None
+
+
+class VehicleClock:
+    """The vehicle's own clock, from its ``time_boot_ms``; between two of them it goes on at its pace so far."""
+
+    def __init__(self) -> None:
+        self._boot_s: float | None = None
+        self._heard_at = 0.0
+        self._first: tuple[float, float] = (0.0, 0.0)
+
+    def tell(self, boot_s: float, now: float) -> None:
+        """Take a time of the vehicle's."""
+        if self._boot_s is None or boot_s < self._boot_s - CLOCK_SLIP_S:
+            self._first = (boot_s, now)
+        elif boot_s <= self._boot_s:
+            return
+        self._boot_s, self._heard_at = boot_s, now
+
+    def at(self, now: float) -> float:
+        """Return its time, or ours where it tells none."""
+        if self._boot_s is None:
+            return now
+        return self._boot_s + (now - self._heard_at) * self.pace
+
+    @property
+    def pace(self) -> float:
+        """Its seconds in one of ours."""
+        if self._boot_s is None or self._heard_at < self._first[1] + RATE_AFTER_S:
+            return 1.0
+        pace = (self._boot_s - self._first[0]) / (self._heard_at - self._first[1])
+        return 1.0 if 0.8 < pace < 1.25 else pace
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,16 +165,11 @@ class Telemetry:
         self.fix: int | None = None
         self.ready_to_arm: bool | None = None
         self.texts: deque[Text] = deque(maxlen=KEPT_TEXTS)
-        self._boot_s: float | None = None
+        self.clock = VehicleClock()
         self._untold: list[Text] = []
         self._text_id = 0
         self._high = 0
         self._sys_status_knows = False
-
-    @property
-    def clock_s(self) -> float | None:
-        """The vehicle's clock."""
-        return self._boot_s
 
     def receive(self, message: Message, now: float) -> None:
         """Take a message of the link, whoever it is from."""
@@ -148,7 +178,7 @@ class Telemetry:
         self.heard_at = now
         boot_ms = getattr(message, "time_boot_ms", None)
         if boot_ms is not None:
-            self._on_clock(float(boot_ms) / 1e3)
+            self.clock.tell(float(boot_ms) / 1e3, now)
         match message.get_type():
             case "HEARTBEAT":
                 self._on_heartbeat(message, now)
@@ -169,6 +199,12 @@ class Telemetry:
             case "STATUSTEXT":
                 self._on_text(message, now)
 
+    def settle(self, now: float) -> None:
+        """Let the last heartbeat count as it is."""
+        if self.mode_now is not None:
+            self.armed.take(self.armed_now, now)
+            self.mode.take(self.mode_now, now)
+
     def new_texts(self, now: float) -> list[Text]:
         """Return the texts that are whole and were not returned before."""
         whole = [text for text in self._untold if now >= text.at + WHOLE_TEXT_S]
@@ -185,10 +221,6 @@ class Telemetry:
         return list(dict.fromkeys(found))
 
     # -- the kinds --------------------------------------------------------------------------------------------
-
-    def _on_clock(self, boot_s: float) -> None:
-        if self._boot_s is None or boot_s > self._boot_s or boot_s < self._boot_s - CLOCK_SLIP_S:
-            self._boot_s = boot_s
 
     def _on_heartbeat(self, message: Message, now: float) -> None:
         self.heartbeat_at = now

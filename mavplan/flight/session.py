@@ -1,0 +1,510 @@
+"""One vehicle from the list before the start to the flight's end: `FlightSession`. No I/O; see `mavplan.link.session`.
+
+That it holds the mission is found out beside it, by `mavplan.flight.conductor`. Where a flight stands and every legal
+move is in `phases`; what may be sent when, in `launch` (the start) and `orders` (what the user wants in flight). While
+it flies nothing else is sent but heartbeats and requests for messages.
+"""
+
+import math
+
+from mavplan.errors import MavplanError, NoLinkError, Problem, RefusedError, UncertainError
+from mavplan.flight.ending import OUTCOMES, FlightEvent, FlightReport, judge
+from mavplan.flight.launch import ARM_S, Launch
+from mavplan.flight.manners import FLIGHT_MANNERS, FlightManners
+from mavplan.flight.orders import Order, OrderCall
+from mavplan.flight.phases import Move, Phase, moved
+from mavplan.flight.picture import Picture
+from mavplan.flight.preflight import (
+    Check,
+    Limits,
+    arming_check,
+    battery_check,
+    end_check,
+    home_check,
+    mission_check,
+    position_check,
+    refusal_words,
+    refused,
+    vehicle_check,
+)
+from mavplan.flight.progress import MissionProgress
+from mavplan.flight.route import Route
+from mavplan.flight.streams import Streams
+from mavplan.flight.survey import Survey
+from mavplan.flight.telemetry import Telemetry
+from mavplan.flight.watching import WORST_TOLD, Watching
+from mavplan.link.discovery import Vehicle
+from mavplan.link.modes import mode_name
+from mavplan.link.protocol import Message, sender
+from mavplan.link.session import Session
+from mavplan.link.transfer import Progress
+from mavplan.mission.model import Mission
+
+CHECK_S = 15.0
+"""What a vehicle has not told by then it does not tell."""
+LISTEN_S = 3.0
+"""Messages that come once a second and are lost at times."""
+FLIGHT_SHARE, FLIGHT_S = 1.5, 120.0
+"""A flight is watched for so much of its forecast, and so much more: wind, and a radio that is out of reach."""
+TICK_S = 0.25
+STARTING = frozenset({Phase.REWINDING, Phase.SWITCHING, Phase.ARMING, Phase.STARTING})
+
+
+class FlightSession(Session):
+    """Fly a mission that the one vehicle of a link holds.
+
+    Parameters
+    ----------
+    mission, route
+        What is flown, and what there is to watch of it.
+    limits
+        What the user allows.
+    watch_only
+        Start nothing; watch what is flown, or is going to be.
+    flight_s
+        How long it is watched; None: as its forecast has it, and more.
+    arm_s
+        How long it is tried to arm a vehicle that refuses.
+    now, system, place
+        As for `Session`.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        route: Route,
+        limits: Limits,
+        *,
+        now: float,
+        system: int | None = None,
+        place: str = "this connection",
+        watch_only: bool = False,
+        flight_s: float | None = None,
+        arm_s: float = ARM_S,
+    ) -> None:
+        super().__init__(now=now, deadline_s=math.inf, system=system, place=place, wanted=mission.autopilot)
+        self.mission = mission
+        self.route = route
+        self.limits = limits
+        self.phase = Phase.CHECKING
+        self.report: FlightReport | None = None
+        self.held: str | MavplanError | None = None
+        """How it is known that the vehicle holds the mission, or why it is not so."""
+        self.held_warnings: tuple[Problem, ...] = ()
+        self.checks: tuple[Check, ...] = ()
+        """The list as it was last looked at."""
+        self._watch_only = watch_only
+        self._flight_s = flight_s if flight_s is not None else FLIGHT_SHARE * route.mission_s + FLIGHT_S
+        self._arm_s = arm_s
+        self._survey: Survey | None = None
+        self._check_from = now
+        self._telemetry: Telemetry | None = None
+        self._streams: Streams | None = None
+        self._progress = MissionProgress(route)
+        self._launch: Launch | None = None
+        self._watching: Watching | None = None
+        self._order: OrderCall | None = None
+        self._start_s = 0.0
+        self._ticked_at = now
+        self._reboots_seen = 0
+        self._battery_before: int | None = None
+        self._news: list[FlightEvent] = []
+        self._events: list[FlightEvent] = []
+
+    # -- the outside ------------------------------------------------------------------------------------------
+
+    @property
+    def done(self) -> bool:
+        """Whether there is an outcome."""
+        return self.phase is Phase.ENDED or self.error is not None
+
+    def news(self) -> list[FlightEvent]:
+        """Return what has happened since the last call."""
+        news, self._news = self._news, []
+        return news
+
+    @property
+    def meddled(self) -> bool:
+        """Whether another station was heard to write to the vehicle's mission."""
+        return self._watch is not None and self._watch.writes[0] > 0
+
+    def questions(self) -> tuple[Check, ...]:
+        """Return the lines of the list that want a yes of their own."""
+        return tuple(check for check in self.checks if check.verdict == "ask")
+
+    def look(self, now: float) -> tuple[Check, ...]:
+        """Look at everything again and return the list."""
+        telemetry, survey = self._seen, self._survey
+        home = survey.home if survey is not None else None
+        planned, limits = self.mission.home, self.limits
+        checks = [vehicle_check(self.rules.title, telemetry, now)]
+        checks.append(mission_check(self.held, self.held_warnings))
+        checks.append(home_check(planned, home, limits))
+        checks.append(position_check(planned, home, telemetry, limits, now))
+        checks.append(battery_check(telemetry, limits))
+        if survey is not None:
+            checks.append(survey.fence())
+        checks.append(arming_check(telemetry))
+        if survey is not None:
+            checks.append(survey.link_loss())
+        checks.append(end_check(self.route))
+        self.checks = tuple(checks)
+        return self.checks
+
+    def approve(self, now: float, *, every_question: bool = False) -> None:
+        """Take the user's yes: look once more, then start.
+
+        Parameters
+        ----------
+        now
+            The time.
+        every_question
+            The user also said yes to each of `questions`.
+        """
+        if self.phase is not Phase.READY:
+            return
+        checks = self.look(now)
+        if refused(checks):
+            self._refuse(f"not armed: {refusal_words(checks)}")
+        elif self.questions() and not every_question:
+            asked = "; ".join(f"{check.name}: {check.words}" for check in self.questions())
+            self._refuse(f"not armed: no yes to this was given: {asked}")
+        elif self.vehicle is not None:
+            telemetry = self._seen
+            if telemetry.mission is not None:
+                self._progress.before_start(telemetry.mission)
+            self._battery_before = telemetry.battery.percent if telemetry.battery is not None else None
+            self._move(Move.APPROVED)
+            self._start_s = telemetry.clock.at(now)
+            self._launch = Launch(
+                self.rules,
+                self._flight_manners,
+                vehicle=self.vehicle.address,
+                us=self.us,
+                telemetry=telemetry,
+                pace=self._pace,
+                arm_s=self._arm_s,
+                now=now,
+            )
+            self._on_tick(now)
+
+    def refuse(self, error: MavplanError) -> None:
+        """End before anything was armed."""
+        if self.phase in {Phase.CHECKING, Phase.READY}:
+            self.error = error
+            self._move(Move.REFUSED)
+
+    def order(self, order: Order, now: float) -> None:
+        """Take the user's order to a vehicle in flight."""
+        watching, vehicle = self._watching, self.vehicle
+        if self.phase is not Phase.FLYING or watching is None or vehicle is None:
+            return
+        manners = self._flight_manners
+        own = {manners.mission_mode, *watching.order_modes, self._seen.mode.value}
+        own |= manners.end_modes.get(self.route.end, frozenset())
+        self._order = OrderCall(
+            order,
+            self.rules.name,
+            manners,
+            frozenset(own),
+            vehicle=vehicle.address,
+            us=self.us,
+            telemetry=self._seen,
+            pace=self._pace,
+        )
+        self._happened("order", f"you ordered it to {order.value}", now)
+        self._on_tick(now)
+
+    def leave(self, now: float, why: str) -> None:
+        """End watching, or a start that has not armed anything; what flies is left alone."""
+        if self.done:
+            return
+        if self.phase in STARTING and self._launch is not None and self._launch.arming_sent:
+            self._fly(Move.BROKEN_OFF, why, now)
+        self._expire(now, why)
+
+    def interrupt(self, now: float) -> None:
+        """End at once."""
+        self.leave(now, "interrupted")
+
+    def break_off(self, why: str) -> None:
+        """Ask for nothing more in a start; if it may be armed already, go on watching it."""
+        if self.phase in STARTING and self._launch is not None:
+            self._launch.break_off(why)
+
+    def picture(self, now: float) -> Picture | None:
+        """Return what there is to be seen now; None before a vehicle is found."""
+        telemetry, progress = self._telemetry, self._progress
+        if telemetry is None:
+            return None
+        clock_s = telemetry.clock.at(now)
+        flying = self.phase is Phase.FLYING
+        position, battery = telemetry.position, telemetry.battery
+        heard_at = telemetry.heard_at if telemetry.heard_at is not None else self.started_at
+        mode = telemetry.mode_now
+        done = progress.stops_done
+        order = self._order
+        return Picture(
+            phase=self.phase,
+            items_done=progress.items_done,
+            items=self.route.count,
+            current=progress.current,
+            stop=progress.stop,
+            stops=len(self.route.stops),
+            hold_left_s=progress.hold_left_s(clock_s) if flying else None,
+            stops_done=len(done),
+            users_served=sum(len(stop.users) for stop in done),
+            users=sum(len(stop.users) for stop in self.route.stops),
+            flight_s=max(0.0, clock_s - self._start_s) if self._launch or self._watching else 0.0,
+            left_s=progress.left_s(clock_s),
+            mode="" if mode is None else mode_name(self.rules.name, telemetry.base_mode, mode),
+            armed=telemetry.armed_now,
+            alt_rel_m=position.alt_rel_m if position is not None else None,
+            battery_percent=battery.percent if battery is not None else None,
+            voltage_v=battery.voltage_v if battery is not None else None,
+            silent_s=max(0.0, now - heard_at),
+            order=order.order.value if order is not None and not order.done else "",
+        )
+
+    # -- messages and time ------------------------------------------------------------------------------------
+
+    @property
+    def _seen(self) -> Telemetry:
+        if self._telemetry is None:
+            raise AssertionError("no vehicle yet")
+        return self._telemetry
+
+    @property
+    def _flight_manners(self) -> FlightManners:
+        return FLIGHT_MANNERS[self.rules.name]
+
+    def _found(self, vehicle: Vehicle, now: float) -> None:
+        self._telemetry = Telemetry(vehicle.address)
+        self._streams = Streams(vehicle.address, self.us, self._pace)
+        self._check_from = now
+        self._notes.append(Progress("asking what a start needs"))
+        self._survey = Survey(
+            self.mission,
+            vehicle=vehicle.address,
+            us=self.us,
+            rules=self.rules,
+            manners=self.manners,
+            pace=self._pace,
+            now=now,
+            deadline=now + CHECK_S,
+        )
+
+    def _on_message(self, message: Message, now: float) -> None:
+        reboots = self._watch.reboots if self._watch is not None else 0
+        for part in (self._telemetry, self._streams, self._survey, self._launch, self._order):
+            if part is not None:
+                part.receive(message, now)
+        if self._streams is not None and reboots != self._reboots_seen:
+            self._reboots_seen = reboots
+            self._streams.forget()
+        if self.phase in {Phase.STARTING, Phase.FLYING}:
+            self._on_flight_message(message, now)
+
+    def _on_flight_message(self, message: Message, now: float) -> None:
+        telemetry = self._seen
+        if sender(message) != telemetry.vehicle:
+            return
+        clock_s = telemetry.clock.at(now)
+        if self._watching is not None and not self._watching.begun:
+            if telemetry.mission is not None:
+                self._progress.before_start(telemetry.mission)
+            return
+        match message.get_type():
+            case "MISSION_CURRENT" if telemetry.mission is not None:
+                self._progress.on_current(telemetry.mission, clock_s)
+            case "MISSION_ITEM_REACHED":
+                self._progress.on_reached(int(message.seq), clock_s)
+            case "GLOBAL_POSITION_INT" if telemetry.position is not None:
+                self._progress.on_position(telemetry.position, clock_s)
+
+    def _on_tick(self, now: float) -> None:
+        if self._streams is not None:
+            self._streams.tick(now)
+            self._outbox += self._streams.to_send()
+        if self.phase is Phase.CHECKING:
+            self._check(now)
+        while self.phase in STARTING and self._launch is not None and self._step_of_start(self._launch, now):
+            pass
+        if self.phase is Phase.FLYING and self._watching is not None:
+            self._watch_flight(self._watching, now)
+
+    def _timers(self) -> list[float | None]:
+        parts = (self._streams, self._launch if self.phase in STARTING else None, self._order)
+        timers = [part.next_timer() for part in parts if part is not None]
+        if self.phase is Phase.CHECKING and self._survey is not None:
+            timers += [timer for timer in self._survey.timers() if timer is not None]
+        return [*timers, self._ticked_at + TICK_S]
+
+    def tick(self, now: float) -> None:
+        """Let time pass."""
+        self._ticked_at = now
+        super().tick(now)
+
+    def _lost_at(self) -> float:
+        # A flight is not given up because it is out of reach, and a start is by its own rules.
+        return math.inf if self.phase is Phase.FLYING or self.phase in STARTING else super()._lost_at()
+
+    # -- the phases -------------------------------------------------------------------------------------------
+
+    def _move(self, move: Move) -> None:
+        self.phase = moved(self.phase, move)
+
+    def _check(self, now: float) -> None:
+        survey = self._survey
+        if survey is None:
+            return
+        survey.tick(now)
+        self._outbox += survey.to_send()
+        if self.held is None:
+            return
+        if self._watch_only:
+            self._only_watch(now)
+        elif (survey.done and self._all_told(now)) or now >= self._check_from + CHECK_S:
+            checks = self.look(now)
+            if refused(checks):
+                self._refuse(f"not armed: {refusal_words(checks)}")
+            else:
+                self._move(Move.CHECKED)
+
+    def _only_watch(self, now: float) -> None:
+        if isinstance(self.held, MavplanError):
+            self.refuse(self.held)
+        elif self._seen.heartbeat_at is not None and now >= self._check_from + LISTEN_S:
+            self.look(now)
+            self._start_s = self._seen.clock.at(now)
+            self._fly(Move.WATCHED, "", now)
+
+    def _all_told(self, now: float) -> bool:
+        """Whether everything has come that is listened for."""
+        telemetry = self._seen
+        told = (telemetry.heartbeat_at, telemetry.position, telemetry.battery, telemetry.mission)
+        return None not in told and now >= self._check_from + LISTEN_S
+
+    def _refuse(self, words: str) -> None:
+        self.error = RefusedError(words)
+        self._move(Move.REFUSED)
+
+    def _step_of_start(self, launch: Launch, now: float) -> bool:
+        """Go on with the start; whether a phase was left."""
+        move = launch.tick(self.phase, now)
+        self._outbox += launch.to_send()
+        for words in launch.words:
+            self._happened("start", words, now)
+        launch.words.clear()
+        if move is None:
+            return False
+        if launch.armed_at is not None and move in {Move.ARMED, Move.STARTED}:
+            self._start_s = self._seen.clock.at(launch.armed_at)
+        if move in {Move.STARTED, Move.BROKEN_OFF}:
+            self._fly(move, launch.reason, now)
+            return False
+        self._move(move)
+        if self.phase is Phase.ENDED:
+            self.error = launch.error
+        elif move is Move.SWITCHED:
+            self._happened("start", f"{self._mode_name()}: asks for the motors", now)
+        elif move is Move.ARMED:
+            self._happened("start", "armed: starts the mission", now)
+        return True
+
+    def _fly(self, move: Move, reason: str, now: float) -> None:
+        """Begin to watch."""
+        watch, mission = self._watch, self._seen.mission
+        if watch is None:
+            return
+        self._move(move)
+        self.deadline_s = self._flight_s
+        self.deadline = now + self._flight_s
+        self._watching = Watching(
+            self.rules,
+            self._flight_manners,
+            self._seen,
+            self._progress,
+            watch,
+            mission_id=mission.mission_id if mission is not None else None,
+            started=move is not Move.WATCHED,
+            reason=reason,
+            since=self.started_at if self._launch is None else self._launch.begun_at,
+            now=now,
+        )
+        if move is Move.STARTED:
+            self._happened("start", f"{self._mode_name()}: the mission is flown", now)
+        elif move is Move.BROKEN_OFF:
+            self._happened("start", f"{reason}: what becomes of it is watched", now)
+
+    def _watch_flight(self, watching: Watching, now: float) -> None:
+        telemetry, order = self._seen, self._order
+        if order is not None:
+            order.tick(now)
+            self._outbox += order.to_send()
+            for words in order.words:
+                self._happened("order", words, now)
+            order.words.clear()
+            if order.granted_mode is not None:
+                watching.ordered = order.order.value
+                watching.order_modes |= {order.granted_mode}
+        for text in telemetry.new_texts(now):
+            if text.severity <= WORST_TOLD:
+                self._happened("text", repr(text.words), now)
+        for kind, words in watching.tick(now):
+            self._happened(kind, words, now)
+        if watching.over(now):
+            self._end(watching, now)
+
+    def _end(self, watching: Watching, now: float, left: str = "") -> None:
+        facts = watching.facts(now)
+        words, error = judge(facts, left)
+        self._happened("end", words, now)
+        self._move(Move.EXPIRED if left else Move.FINISHED)
+        progress, battery, vehicle = self._progress, self._seen.battery, self.vehicle
+        if vehicle is None:
+            return
+        outcome = OUTCOMES[int(error.exit_code) if error is not None else 0]
+        done = progress.stops_done
+        self.report = FlightReport(
+            outcome="stays" if error is None and facts.stays else outcome,
+            words=words,
+            autopilot=self.rules.name,
+            vehicle=vehicle.address,
+            flight_s=max(0.0, self._seen.clock.at(watching.off_since or now) - self._start_s),
+            forecast_s=self.route.mission_s,
+            items_done=progress.items_done,
+            items=self.route.count,
+            stops_done=tuple(stop.number for stop in done),
+            stops=len(self.route.stops),
+            users_served=tuple(name for stop in done for name in stop.users),
+            battery_before=self._battery_before,
+            battery_after=battery.percent if battery is not None else None,
+            unheard_s=watching.longest_silence_s,
+            checks=self.checks,
+            events=tuple(self._events),
+        )
+        self.error = error
+
+    def _expire(self, now: float, cause: str) -> None:
+        if self.phase is Phase.FLYING and self._watching is not None:
+            self._watching.tick(now)
+            self._end(self._watching, now, left=cause)
+            return
+        arming_sent = self._launch is not None and self._launch.arming_sent
+        if arming_sent:
+            self.error = UncertainError(f"{cause}: whether it has been armed is not known; keep away from it")
+        elif self._watch is not None and now >= (self._watch.heard_at or now) + CHECK_S:
+            self.error = NoLinkError(f"{cause}: it was not armed")
+        else:
+            self.error = RefusedError(f"{cause}: it was not armed")
+        self._move(Move.EXPIRED)
+
+    def _happened(self, kind: str, words: str, now: float) -> None:
+        event = FlightEvent(round(max(0.0, self._seen.clock.at(now) - self._start_s), 1), kind, words)
+        self._news.append(event)
+        self._events.append(event)
+
+    def _mode_name(self) -> str:
+        mode = self._seen.mode_now
+        return mode_name(self.rules.name, self._seen.base_mode, mode if mode is not None else 0)
