@@ -5,7 +5,7 @@ Item numbers are those on the wire: on ArduPilot the mission begins at 1, for ho
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mavplan.flight.manners import FLIGHT_MANNERS
 from mavplan.link.home import distance_m
@@ -15,8 +15,6 @@ from mavplan.mission.model import Command, HomePosition, Mission, MissionItem
 from mavplan.mission.sendable import HOLD_COMMANDS
 
 SAME_PLACE_M = 1.0
-VERTICAL_M_S = 1.0
-"""Of a change of height between two places; the slowest that is flown, for this is a patience and no promise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +106,7 @@ def make_route(
     users
         Names of the users at each stop in flying order; unused where their number is not that of the stops.
     expected_s
-        Seconds of each item on the wire, where a plan knows them; else they are forecast here.
+        Seconds of each item on the wire, where a plan knows more of the vehicle; else they are forecast here.
     """
     first = FLIGHT_MANNERS[rules.name].first_seq
     stops = _stops(mission.items, first)
@@ -183,42 +181,11 @@ def _end(mission: Mission) -> tuple[End, int, HomePosition]:
 
 
 def _expected_s(mission: Mission, rules: AutopilotRules, first: int) -> dict[int, float]:
-    """Return a forecast of each item's seconds, as one vehicle flies them from rest to rest."""
-    from mavplan.mission.forecast import forecast, leg_time_s
+    """Return a forecast of each item's seconds; of a mission that jumps, as if every item came once."""
+    from mavplan.mission.forecast import forecast_mission
 
-    speed_m_s = mission.cruise_speed_m_s
-    at, alt_m = mission.home, 0.0
-    found: dict[int, float] = {}
-    for index, item in enumerate(mission.items):
-        seconds = 0.0
-        if item.command == Command.DO_CHANGE_SPEED and item.params[1] > 0:
-            speed_m_s = item.params[1]
-        elif item.command == Command.NAV_TAKEOFF:
-            seconds = forecast(
-                [(0.0, 0.0)], [0.0], rules=rules, altitude_m=max(item.alt_m, 0.1), speed_m_s=1.0, end="stay"
-            ).takeoff_s
-            alt_m = item.alt_m
-        elif item.command in {Command.NAV_RETURN_TO_LAUNCH, Command.NAV_LAND}:
-            ends_at_home = item.command == Command.NAV_RETURN_TO_LAUNCH
-            away_m = distance_m(at, mission.home if ends_at_home else _place(item))
-            seconds = forecast(
-                [(away_m if ends_at_home else 0.0, 0.0)],
-                [0.0],
-                rules=rules,
-                altitude_m=max(alt_m, 0.1),
-                speed_m_s=max(speed_m_s, 0.1),
-                end="rtl" if ends_at_home else "land",
-            ).end_s
-            if not ends_at_home:
-                seconds += float(leg_time_s(away_m, rules=rules, speed_m_s=max(speed_m_s, 0.1)))
-        elif item.has_position:
-            away_m = distance_m(at, _place(item))
-            seconds = float(leg_time_s(away_m, rules=rules, speed_m_s=max(speed_m_s, 0.1)))
-            if away_m < SAME_PLACE_M:
-                seconds = 0.0
-            seconds += abs(item.alt_m - alt_m) / VERTICAL_M_S + _hold_s(item)
-            at, alt_m = _place(item), item.alt_m
-        else:
-            seconds = _hold_s(item)
-        found[first + index] = seconds
-    return found
+    numbers = [index for index, item in enumerate(mission.items) if item.command != Command.DO_JUMP]
+    without_jumps = replace(mission, items=tuple(mission.items[index] for index in numbers))
+    found = forecast_mission(without_jumps, rules=rules)
+    seconds = {first + numbers[item.item]: item.seconds.total for item in found.items}
+    return {first + index: seconds.get(first + index, 0.0) for index in range(len(mission.items))}

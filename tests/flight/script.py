@@ -40,7 +40,12 @@ def battery(percent: int = 95, health: int = 0x1000_0000) -> Message:
 
 
 def position(
-    home: HomePosition, *, north_m: float = 0.0, up_m: float = 0.0, speed_m_s: float = 0.0, boot_s: float = 1.0
+    home: HomePosition,
+    *,
+    north_m: float = 0.0,
+    up_m: float = 0.0,
+    speed_m_s: float = 0.0,
+    boot_s: float = 1.0,
 ) -> Message:
     return said(
         common.MAVLink_global_position_int_message(
@@ -156,14 +161,14 @@ class Script:
 def begin(mission: Mission, *, now: float = 0.0, users=(), **options: Any) -> Script:
     """A session for a mission that the vehicle is known to hold."""
     rules = AUTOPILOTS[mission.autopilot]
-    session = FlightSession(
-        mission, make_route(mission, rules, users), LIMITS, now=now, system=1, **options
-    )
+    session = FlightSession(mission, make_route(mission, rules, users), LIMITS, now=now, system=1, **options)
     session.held = "the vehicle holds it"
     return Script(session, now)
 
 
-def on_the_ground(script: Script, firmware: str, mode: int, *, until: float, seq: int = 0, **changes: Any) -> None:
+def on_the_ground(
+    script: Script, firmware: str, mode: int, *, until: float, seq: int = 0, **changes: Any
+) -> None:
     """Everything that a vehicle on the ground tells, once a second until a time."""
     home = script.session.mission.home
     names = ("FENCE_ENABLE", "FENCE_TYPE", "FENCE_ACTION", "FENCE_ALT_MAX", "FENCE_RADIUS", "FS_GCS_ENABLE")
