@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "upload": ("mavplan.cli.upload:upload_command", "Upload a mission to a vehicle and read it back."),
     "download": ("mavplan.cli.download:download_command", "Save the mission that a vehicle holds."),
     "verify": ("mavplan.cli.verify:verify_command", "Tell whether a vehicle holds this mission."),
+    "fly": ("mavplan.cli.fly:fly_command", "Fly a mission, watch it and record it."),
     "info": ("mavplan.cli.info:info_command", "Tell what a vehicle is and holds."),
     "clear": ("mavplan.cli.clear:clear_command", "Delete what a vehicle holds."),
     "prove": ("mavplan.cli.prove:prove_command", "Work out from a flight's log what every user received."),

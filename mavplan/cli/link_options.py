@@ -20,15 +20,19 @@ CONN_HELP = (
 )
 
 
-def link_options(default_timeout_s: float | None = None) -> Callable[[_Command], _Command]:
+def link_options(
+    default_timeout_s: float | None = None, otherwise: str = "2 minutes and 1 s an item"
+) -> Callable[[_Command], _Command]:
     """Give a decorator that adds ``--conn``, ``--system``, ``--timeout`` and ``--signing-key`` to a command.
 
     Parameters
     ----------
     default_timeout_s
-        None: two minutes and a second for each item.
+        None: what ``otherwise`` says.
+    otherwise
+        The default in words, where it is no fixed number.
     """
-    unless = "; by default 2 minutes and 1 s an item" if default_timeout_s is None else ""
+    unless = f"; by default {otherwise}" if default_timeout_s is None else ""
 
     def add(command: _Command) -> _Command:
         for option in (

@@ -79,6 +79,22 @@ class FlySession:
         return self.flight.report if self.flight is not None else None
 
     @property
+    def uploaded(self) -> UploadReport | None:
+        """What came of the upload, where there was one and it succeeded."""
+        report = self._first.report
+        return report if isinstance(report, UploadReport) else None
+
+    @property
+    def may_have_armed(self) -> bool:
+        """Whether anything was sent that arms."""
+        return self.flight is not None and self.flight.may_have_armed
+
+    @property
+    def follows_an_order(self) -> bool:
+        """Whether the vehicle does what the user ordered, and not its mission."""
+        return self.flight is not None and self.flight.follows_an_order
+
+    @property
     def awaits_yes(self) -> bool:
         """Whether the list is complete and the user is to say yes or no."""
         return self.phase is Phase.READY and self._approved is None and not self.done

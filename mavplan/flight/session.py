@@ -124,6 +124,17 @@ class FlightSession(Session):
         return news
 
     @property
+    def may_have_armed(self) -> bool:
+        """Whether anything was sent that arms."""
+        return self._launch is not None and self._launch.arming_sent
+
+    @property
+    def follows_an_order(self) -> bool:
+        """Whether the vehicle does what the user ordered, and not its mission."""
+        watching = self._watching
+        return watching is not None and watching.ordered != "" and self._seen.mode_now in watching.order_modes
+
+    @property
     def meddled(self) -> bool:
         """Whether another station was heard to write to the vehicle's mission."""
         return self._watch is not None and self._watch.writes[0] > 0

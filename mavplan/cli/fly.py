@@ -1,0 +1,226 @@
+"""``mavplan fly``: a mission from the list before the start to the motors' stop, watched and recorded."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mavplan.cli.link_options import link_options, open_link
+from mavplan.errors import ExitCode, InputError, Problem, RefusedError
+
+if TYPE_CHECKING:
+    from mavplan.flight.conductor import FlySession
+    from mavplan.flight.recording import Recording
+    from mavplan.flight.route import Route
+
+INTERRUPTED = 130
+
+
+@click.command("fly", short_help="Fly a mission, watch it and record it.")
+@click.argument("file", type=click.Path(path_type=Path))
+@link_options(None, "the flight's forecast and half as much again, and 2 minutes, from the start on")
+@click.option(
+    "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."
+)
+@click.option(
+    "--upload", is_flag=True, help="Put the mission onto the vehicle first, as mavplan upload does."
+)
+@click.option("--watch", is_flag=True, help="Start nothing; watch what is flown, or is going to be.")
+@click.option(
+    "--yes",
+    count=True,
+    help="Do not ask before arming. Given twice: nor about an end that does not come home.",
+)
+@click.option(
+    "--max-home-distance",
+    "max_home_distance_m",
+    type=click.FloatRange(min=0),
+    default=500.0,
+    show_default=True,
+    metavar="M",
+    help="Refuse a vehicle whose home or place is further from the mission's home, in metres.",
+)
+@click.option(
+    "--max-home-height",
+    "max_home_height_m",
+    type=click.FloatRange(min=0),
+    default=30.0,
+    show_default=True,
+    metavar="M",
+    help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
+)
+@click.option(
+    "--min-battery",
+    "min_battery_percent",
+    type=click.FloatRange(0, 100),
+    default=30.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="Refuse to start with less than this left.",
+)
+@click.option(
+    "--arm-timeout",
+    "arm_s",
+    type=click.FloatRange(min=0, min_open=True),
+    default=90.0,
+    show_default=True,
+    metavar="S",
+    help="How long it is tried to arm a vehicle that is not ready yet.",
+)
+@click.option(
+    "--record",
+    "record_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE.tlog",
+    help="Where the recording goes, which must not be there. Default: beside FILE, with date and time.",
+)
+@click.option("--no-record", is_flag=True, help="Record nothing.")
+@click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object at the end.")
+def fly_command(
+    file: Path,
+    conn: str,
+    system: int | None,
+    timeout_s: float | None,
+    signing_key: Path | None,
+    autopilot: str | None,
+    upload: bool,
+    watch: bool,
+    yes: int,
+    max_home_distance_m: float,
+    max_home_height_m: float,
+    min_battery_percent: float,
+    arm_s: float,
+    record_file: Path | None,
+    no_record: bool,
+    as_json: bool,
+) -> int:
+    """Fly the mission in FILE (.plan or .waypoints) that the vehicle holds: check, ask, arm, start, watch, record.
+
+    Everything that stands against the flight is listed at once. Nothing is armed before a yes. In flight Ctrl-C asks
+    what the vehicle shall do; losing the link, or mavplan, changes nothing about its mission.
+
+    Exit code 0: flown to its end and landed, or where it is to stay. 2: bad usage. 3: no vehicle was heard. 4: not
+    started, with the reason. 5: how it ended is not known. 6: it ended otherwise than planned.
+
+    \b
+    mavplan fly valley.plan --conn udp:0.0.0.0:14550
+    mavplan fly valley.plan --conn udp:0.0.0.0:14550 --upload
+    """
+    from mavplan.cli.console import is_terminal, say_problems
+    from mavplan.cli.fly_console import FlyConsole
+    from mavplan.cli.fly_setup import Setup, make_session, open_recording, read_flight
+    from mavplan.flight.run import fly
+    from mavplan.formats.beside import remember_vehicle
+    from mavplan.link.endpoint import parse_endpoint
+
+    endpoint = parse_endpoint(conn)
+    _check_usage(upload, watch, record_file, no_record)
+    flight = read_flight(file, autopilot, timeout_s)  # type: ignore[arg-type]
+    if not watch:
+        _check_that_somebody_says_yes(flight.route, yes, is_terminal(sys.stdin))
+    say_problems(flight.warnings)
+    setup = Setup(
+        upload=upload,
+        watch=watch,
+        system=system,
+        place=str(endpoint),
+        source=str(file),
+        timeout_s=timeout_s,
+        arm_s=arm_s,
+        max_home_distance_m=max_home_distance_m,
+        max_home_height_m=max_home_height_m,
+        min_battery_percent=min_battery_percent,
+    )
+    console = FlyConsole(yes)
+    with (
+        open_recording(file, record_file, wanted=not no_record) as recording,
+        open_link(endpoint, timeout_s, signing_key) as connection,
+        console.signals(),
+    ):
+        session = make_session(flight, setup)
+        fly(session, connection, console, recording.write if recording is not None else None)
+        kept = _kept(session, recording, asked_for=record_file is not None)
+    if session.uploaded is not None:
+        say_problems([*session.uploaded.warnings, *remember_vehicle(file, session.uploaded)])
+    return _end(session, console.interrupted, kept, as_json)
+
+
+def _check_usage(upload: bool, watch: bool, record_file: Path | None, no_record: bool) -> None:
+    """Refuse what does not go together.
+
+    Raises
+    ------
+    InputError
+        All of it.
+    """
+    problems = []
+    if upload and watch:
+        problems.append(Problem("--watch", "changes nothing, so it cannot go with --upload", "usage"))
+    if record_file is not None and no_record:
+        problems.append(Problem("--record", "cannot go with --no-record", "usage"))
+    if problems:
+        raise InputError(problems)
+
+
+def _check_that_somebody_says_yes(route: "Route", yes: int, person: bool) -> None:
+    """Refuse a start that nobody could agree to.
+
+    Raises
+    ------
+    InputError
+        Standard input is no terminal, and not enough was said beforehand.
+    """
+    wanted = 1 if route.end == "rtl" else 2
+    if person or yes >= wanted:
+        return
+    if yes:
+        message = (
+            "the mission does not come home by itself: that wants a second --yes where nobody can be asked"
+        )
+        raise InputError([Problem(f"end of the mission ({route.end})", message, "no-yes")])
+    twice = " --yes" if wanted > 1 else ""
+    raise InputError(f"nothing was armed: there is no terminal to ask at; --yes{twice} starts without asking")
+
+
+def _kept(session: "FlySession", to: "Recording | None", *, asked_for: bool) -> str | None:
+    """Return the recording's name; one that nobody asked for and that holds no flight is taken away."""
+    if to is None:
+        return None
+    if session.report is None and not asked_for and not session.may_have_armed:
+        to.discard()
+        return None
+    return str(to.path)
+
+
+def _end(session: "FlySession", interrupted: bool, recording: str | None, as_json: bool) -> int:
+    """Say what came of it.
+
+    Raises
+    ------
+    MavplanError
+        It was not flown to its end.
+    """
+    from mavplan.cli.fly_view import report_object, summary
+
+    report, error = session.report, session.error
+    code = int(error.exit_code) if error is not None else int(ExitCode.DONE)
+    if interrupted and isinstance(error, RefusedError):
+        code = INTERRUPTED
+    message = str(error) if error is not None else (report.words if report is not None else "")
+    if as_json:
+        outcome = error.exit_code.name.lower() if error is not None else "done"
+        found = report_object(
+            report, session.checks, outcome=outcome, exit_code=code, message=message, recording=recording
+        )
+        click.echo(json.dumps(found, ensure_ascii=False))
+    elif report is not None:
+        words = f"{report.words}: " if error is None else ""
+        click.echo(f"{words}{summary(report, recording)}")
+    if code == INTERRUPTED:
+        click.echo(message, err=True)
+        return code
+    if error is not None:
+        raise error
+    return code

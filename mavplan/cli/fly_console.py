@@ -1,0 +1,201 @@
+"""The person at a flight: shows it, asks, and passes on what the answers are. It never waits for anybody."""
+
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import TYPE_CHECKING
+
+import click
+
+from mavplan.cli.answers import END_OF_INPUT, Answers
+from mavplan.cli.console import is_terminal, printable, stderr
+from mavplan.cli.fly_view import checks_table, event_line, live, start_question
+from mavplan.flight.conductor import FlySession
+from mavplan.flight.orders import Order
+from mavplan.flight.phases import Phase
+from mavplan.flight.session import STARTING
+from mavplan.mission.autopilots import AUTOPILOTS
+
+if TYPE_CHECKING:
+    from rich.live import Live
+
+SHOW_EVERY_S = 0.25
+WHAT_NOW = (
+    "What shall it do?  h hold where it is · r return home and land · g let it go on\n"
+    "(Ctrl-C again leaves its mission alone and ends mavplan) > "
+)
+WHAT_NOW_HELD = (
+    "It does as you ordered.  h hold · r return home and land · g leave it so, and go on watching\n"
+    "(Ctrl-C again leaves it so and ends mavplan) > "
+)
+
+
+class FlyConsole:
+    """Shows a flight on a terminal or line by line, and asks the person at it.
+
+    Parameters
+    ----------
+    yes
+        How many yeses were given beforehand: one to the start, two also to an end that wants its own.
+    """
+
+    def __init__(self, yes: int) -> None:
+        self.interrupted = False
+        """It was ended by the person, or by a signal."""
+        self._yes = yes
+        self._answers = Answers()
+        self._person = is_terminal(sys.stdin)
+        self._terminal = is_terminal(sys.stderr)
+        self._asking: list[str] | None = None
+        """Questions of the start that are not answered yet; None: not asked."""
+        self._asking_what_now = False
+        self._wants_to_say = False
+        self._signals: list[int] = []
+        self._live: Live | None = None
+        self._shown_at = 0.0
+
+    # -- signals ----------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def signals(self) -> Iterator[None]:
+        """Take note of SIGINT and SIGTERM instead of being ended by them; what flies must be left in good order."""
+        names = (signal.SIGINT, signal.SIGTERM)
+        before = [signal.signal(name, self._on_signal) for name in names]
+        try:
+            yield
+        finally:
+            for name, handler in zip(names, before, strict=True):
+                signal.signal(name, handler)
+            self._stop_live()
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        del frame
+        self._signals.append(number)
+
+    # -- what the driver calls --------------------------------------------------------------------------------
+
+    def see(self, session: FlySession, now: float) -> None:
+        """Show what there is, and do what the person wants."""
+        session.events()  # the steps of the transfers are too many for people
+        for event in session.news():
+            self._print(event_line(event))
+        if session.done:
+            self._stop_live()
+            return
+        while self._signals:
+            self._take_signal(self._signals.pop(0), session, now)
+        if session.awaits_yes:
+            self._ask_for_the_start(session, now)
+        elif session.phase is Phase.FLYING and (self._asking_what_now or self._wants_to_say):
+            self._ask_what_now(session, now)
+        elif self._terminal and now >= self._shown_at + SHOW_EVERY_S:
+            self._shown_at = now
+            self._show(session, now)
+
+    def _take_signal(self, number: int, session: FlySession, now: float) -> None:
+        flying = session.phase is Phase.FLYING
+        if number == signal.SIGTERM:
+            self._leave(session, now, "ended by SIGTERM")
+        elif session.phase in STARTING and not self._wants_to_say:
+            self._wants_to_say = self._person
+            session.break_off("you interrupted the start")
+        elif flying and self._person and not self._asking_what_now:
+            self._wants_to_say = True
+        else:
+            self._leave(session, now, "interrupted")
+
+    def _leave(self, session: FlySession, now: float, why: str) -> None:
+        self.interrupted = True
+        self._stop_live()
+        session.leave(now, why)
+
+    # -- questions --------------------------------------------------------------------------------------------
+
+    def _ask_for_the_start(self, session: FlySession, now: float) -> None:
+        if self._asking is None:
+            self._stop_live()
+            stderr().print(checks_table(session.checks))
+            self._asking = self._start_questions(session, now)
+            self._prompt(self._asking)
+        if not self._asking:
+            session.approve(now, every_question=True)
+            return
+        line = self._answers.line()
+        if line is None:
+            return
+        if line == END_OF_INPUT:
+            session.decline("nobody answered")
+        elif line.lower() not in {"y", "yes"}:
+            session.decline()
+        else:
+            self._asking.pop(0)
+            self._prompt(self._asking)
+
+    def _start_questions(self, session: FlySession, now: float) -> list[str]:
+        vehicle = session.vehicle
+        title = "the vehicle"
+        if vehicle is not None and vehicle.rules is not None:
+            title = f"{AUTOPILOTS[vehicle.rules.name].title}, system {vehicle.address.system},"
+        first = [] if self._yes else [start_question(title, session.picture(now))]
+        rest = [] if self._yes > 1 else [f"It {check.words}. Is that meant?" for check in session.questions]
+        return first + rest
+
+    def _prompt(self, questions: list[str]) -> None:
+        if questions:
+            self._answers.forget()
+            click.echo(f"{printable(questions[0])} [y/N] ", nl=False, err=True)
+
+    def _ask_what_now(self, session: FlySession, now: float) -> None:
+        if not self._asking_what_now:
+            self._asking_what_now, self._wants_to_say = True, False
+            self._stop_live()
+            self._answers.forget()
+            self._say_what_now(session, now)
+            return
+        line = self._answers.line()
+        if line is None:
+            return
+        match line.lower()[:1]:
+            case "h":
+                session.order(Order.HOLD, now)
+            case "r":
+                session.order(Order.RETURN, now)
+            case "g":
+                click.echo("it is left as it is", err=True)
+            case _ if line == END_OF_INPUT:
+                self._leave(session, now, "nobody is there to answer")
+            case _:
+                self._say_what_now(session, now)
+                return
+        self._asking_what_now = False
+
+    def _say_what_now(self, session: FlySession, now: float) -> None:
+        held = session.follows_an_order
+        del now
+        click.echo(WHAT_NOW_HELD if held else WHAT_NOW, nl=False, err=True)
+
+    # -- showing ----------------------------------------------------------------------------------------------
+
+    def _print(self, line: str) -> None:
+        if self._live is not None:
+            self._live.console.print(line, soft_wrap=True)
+        else:
+            click.echo(line, err=True)
+
+    def _show(self, session: FlySession, now: float) -> None:
+        picture = session.picture(now)
+        if picture is None:
+            return
+        if self._live is None:
+            from rich.live import Live
+
+            self._live = Live(console=stderr(), auto_refresh=False, transient=True)
+            self._live.start()
+        self._live.update(live(picture), refresh=True)
+
+    def _stop_live(self) -> None:
+        if self._live is not None:
+            self._live.stop()
+            self._live = None
