@@ -92,6 +92,7 @@ class CommandCall:
         """Return a copy to be sent now."""
         message = self.what.message(self._vehicle, self._copies)
         self.sent_at = now
+        self._in_progress_at = None
         self.first_sent_at = now if self.first_sent_at is None else self.first_sent_at
         self.sent += 1
         self._copies += 1

@@ -151,12 +151,12 @@ class Launch:
                 first = self._manners.first_seq
                 self.words.append(f"the mission stood at item {self._rewound_from}: set back to item {first}")
             return self._begin(now)
+        told = mission is not None and mission.at >= self._since and mission.seq is not None
         if now >= self._deadline:
             where = "does not tell at which item it would start"
-            if mission is not None and mission.seq is not None:
+            if mission is not None and told:
                 where = f"would start at item {mission.seq} and does not let itself be set to the first"
             return self._refuse(f"{self._rules.title} {where}")
-        told = mission is not None and mission.at >= self._since and mission.seq is not None
         if mission is not None and told and now >= self._ask_at and self._is_heard(now):
             self._ask_at = now + max(REWIND_AGAIN_S, 2 * self._pace.repeat_s)
             self._rewound_from = mission.seq if self._rewound_from is None else self._rewound_from
