@@ -212,7 +212,7 @@ class Launch:
     def _start(self, now: float) -> Move | None:  # noqa: PLR0911 - one return a case
         """Start the mission; on PX4 this arms."""
         telemetry, manners, call = self._telemetry, self._manners, self._called()
-        sent_at, heard_at = call.first_sent_at, telemetry.heartbeat_at or -math.inf
+        sent_at, heard_at = call.first_sent_at, telemetry.beat_at
         under_way = self._is_armed() and telemetry.mode_now == manners.mission_mode
         if sent_at is not None and heard_at > sent_at and under_way:
             self.armed_at = self.armed_at or call.sent_at
@@ -265,7 +265,7 @@ class Launch:
             self._refusals.append(command_result_words(call.result))
             self._retry_at = now + REFUSED_AGAIN_S
             call.renew()
-        heard_at = telemetry.heartbeat_at or -math.inf
+        heard_at = telemetry.beat_at
         first = call.waiting_since is None
         seen_from = now - GAP_S if call.waiting_since is None else call.waiting_since + self._look_s
         if now < self._retry_at or heard_at < seen_from:
@@ -286,7 +286,7 @@ class Launch:
 
     def _watch_gap(self, now: float) -> None:
         """Note a silence that came after something was sent that arms."""
-        heard_at = self._telemetry.heartbeat_at or -math.inf
+        heard_at = self._telemetry.beat_at
         silent_s = (heard_at if heard_at > self._heard_at else now) - self._heard_at
         self._gap = self._gap or (self.arming_sent and silent_s > GAP_S)
         self._heard_at = max(self._heard_at, heard_at)
@@ -298,7 +298,7 @@ class Launch:
 
     def _fell_back(self, now: float) -> str:
         """Return that it is not armed although it should be by now, or nothing."""
-        call, heard_at = self._called(), self._telemetry.heartbeat_at or -math.inf
+        call, heard_at = self._called(), self._telemetry.beat_at
         if self._telemetry.armed_now or not self._is_heard(now):
             return ""
         if not self._manners.arms_itself and heard_at >= self._since + self._look_s:
@@ -340,7 +340,7 @@ class Launch:
             return Move.BROKEN_OFF
         call = self._called()
         certain_at = max(call.sent_at or -math.inf, given_up_at) + SETTLE_S
-        heard_at = self._telemetry.heartbeat_at or -math.inf
+        heard_at = self._telemetry.beat_at
         if not self.arming_sent or (heard_at >= certain_at and not self._gap and not call.accepted):
             self.error = RefusedError(f"{self.reason}: it was not started")
             return Move.REFUSED

@@ -88,9 +88,7 @@ class OrderCall:
         if self.done:
             return
         telemetry, call = self._telemetry, self._call
-        told_since = (
-            call.first_sent_at is not None and (telemetry.heartbeat_at or -math.inf) > call.first_sent_at
-        )
+        told_since = call.first_sent_at is not None and telemetry.beat_at > call.first_sent_at
         if told_since and telemetry.mode_now in self._modes:
             self.granted_mode, self.done = telemetry.mode_now, True
             self.words.append(f"{self._name(telemetry.mode_now)}, as you ordered")

@@ -505,7 +505,7 @@ class FlightSession(Session):
         arming_sent = self._launch is not None and self._launch.arming_sent
         if arming_sent:
             self.error = UncertainError(f"{cause}: whether it has been armed is not known; keep away from it")
-        elif self._watch is not None and now >= (self._watch.heard_at or now) + CHECK_S:
+        elif now >= self._lost_at() or self._telemetry is None:
             self.error = NoLinkError(f"{cause}: it was not armed")
         else:
             self.error = RefusedError(f"{cause}: it was not armed")

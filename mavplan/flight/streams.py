@@ -5,6 +5,7 @@ message is asked for at a time, so that each COMMAND_ACK is known for what it an
 message itself. https://mavlink.io/en/messages/common.html#MAV_CMD_SET_MESSAGE_INTERVAL
 """
 
+import math
 from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import common
@@ -113,13 +114,13 @@ class Streams:
         """Ask for the next message that is missing."""
         self._at = now
         if self._call is not None:
-            sent_at = self._call[1].waiting_since or now
-            if now < sent_at + max(ANSWER_S, self._pace.repeat_s):
+            sent_at = self._call[1].waiting_since
+            if sent_at is not None and now < sent_at + max(ANSWER_S, self._pace.repeat_s):
                 return
             self._call = None
         if self._heard_at is None or now >= self._heard_at + HEARD_S:
             return
-        name = min(self._due(now), default=None, key=lambda name: self._state[name].asked_at or 0.0)
+        name = min(self._due(now), default=None, key=self._asked_at)
         if name is not None:
             self._ask(self._streams[name], now)
 
@@ -140,6 +141,10 @@ class Streams:
         heard_at = self._state[name].heard_at
         patience_s = max(LEAST_MISSED_S, MISSED * self._streams[name].period_s)
         return heard_at is None or now >= heard_at + patience_s
+
+    def _asked_at(self, name: str) -> float:
+        asked_at = self._state[name].asked_at
+        return -math.inf if asked_at is None else asked_at
 
     def _due(self, now: float) -> list[str]:
         found = []

@@ -157,6 +157,10 @@ class Telemetry:
         self.armed: Settled[bool] = Settled()
         self.mode: Settled[int] = Settled()
         self.landed: Settled[int] = Settled()
+        self.on_ground_since: float | None = None
+        """It says since then that it stands on the ground."""
+        self.on_ground_at: float | None = None
+        """When it said so last."""
         self.position: Position | None = None
         self.airborne_at: float | None = None
         """When it was last seen in the air."""
@@ -191,13 +195,16 @@ class Telemetry:
             case "MISSION_CURRENT":
                 self._on_mission_current(message, now)
             case "EXTENDED_SYS_STATE":
-                self.landed.tell(int(message.landed_state), now)
-                if self.landed.value in AIRBORNE:
-                    self.airborne_at = now
+                self._on_landed_state(int(message.landed_state), now)
             case "GPS_RAW_INT":
                 self.fix = int(message.fix_type)
             case "STATUSTEXT":
                 self._on_text(message, now)
+
+    @property
+    def beat_at(self) -> float:
+        """When the last heartbeat came; minus infinity: never."""
+        return -math.inf if self.heartbeat_at is None else self.heartbeat_at
 
     def settle(self, now: float) -> None:
         """Let the last heartbeat count as it is."""
@@ -244,6 +251,16 @@ class Telemetry:
         self._high = self._high + 1 if high and self.armed_now else 0
         if self._high > 1:
             self.airborne_at = now
+
+    def _on_landed_state(self, state: int, now: float) -> None:
+        self.landed.tell(state, now)
+        if self.landed.value in AIRBORNE:
+            self.airborne_at = now
+        if state != ON_GROUND:
+            self.on_ground_since = None
+        elif self.on_ground_since is None:
+            self.on_ground_since = now
+        self.on_ground_at = now if state == ON_GROUND else self.on_ground_at
 
     def _on_sys_status(self, message: Message, now: float) -> None:
         percent = int(message.battery_remaining)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from mavplan.flight.ending import Facts
 from mavplan.flight.manners import FlightManners
 from mavplan.flight.progress import MissionProgress
-from mavplan.flight.telemetry import ON_GROUND, TWICE_S, Position, Telemetry
+from mavplan.flight.telemetry import TWICE_S, Position, Telemetry
 from mavplan.link.home import distance_m
 from mavplan.link.modes import mode_name
 from mavplan.link.watch import Watch
@@ -96,7 +96,7 @@ class Watching:
         """When the motors were first heard not to turn any more."""
         self._off_at: float | None = None
         self._stopped_told = False
-        self._airborne_told = False
+        self._airborne_since: float | None = None
         self._writes = watch.writes[0]
         self._reboots = watch.reboots
         self._restarted = False
@@ -154,20 +154,19 @@ class Watching:
                 self.off_since = beat_at
             elif beat_at >= self.off_since + TWICE_S and self._off_at is None:
                 self._off_at = beat_at
-        if self.airborne and not self._airborne_told:
-            self._airborne_told = True
+        if self.airborne and self._airborne_since is None:
+            self._airborne_since = now
             yield "air", "in the air"
         if self._watch.reboots > self._reboots:
             self._reboots = self._watch.reboots
             self._restarted = True
             yield "vehicle", "the autopilot has restarted"
-        landed = telemetry.landed.value == ON_GROUND and self.airborne
-        if landed and (telemetry.airborne_at or 0.0) < telemetry.landed.since:
-            if self._landed_since is None:
-                self._landed_since = now
-                yield "air", "on the ground"
-        else:
+        since, told_at = telemetry.on_ground_since, telemetry.on_ground_at
+        if since is None or self._airborne_since is None or since <= self._airborne_since:
             self._landed_since = None
+        elif told_at is not None and told_at >= since + TWICE_S and self._landed_since is None:
+            self._landed_since = since
+            yield "air", "on the ground"
         if self._armed_at is not None and self._off_at is not None and not self._stopped_told:
             self._stopped_told = True
             yield "vehicle", "the motors have stopped"
@@ -275,8 +274,11 @@ class Watching:
         if self._armed_at is not None and self._off_at is not None:
             return now >= self._off_at + LAST_WORDS_S
         if self._armed_at is None and self._started:
-            return (self._telemetry.heartbeat_at or -math.inf) >= self._begun_at + NEVER_ARMED_S
-        return self._landed_since is not None and now >= self._landed_since + LANDED_S
+            return self._telemetry.beat_at >= self._begun_at + NEVER_ARMED_S
+        told_at = self._telemetry.on_ground_at
+        if self._landed_since is None or told_at is None:
+            return False
+        return told_at >= self._landed_since + LANDED_S
 
     def _watch_staying(self, now: float) -> None:
         route, position = self._progress.route, self._telemetry.position

@@ -100,7 +100,9 @@ def test_a_start_that_was_lost_is_sent_again_with_its_confirmation_once_the_vehi
     script.hear_at(sent_at + 1.9, beat(firmware, before, armed=firmware == "ardupilot"))
     assert script.doings[-1] == "START 1"
     script.hear(acked(START))
-    script.hear_at(sent_at + 2.9, beat(firmware, AUTO if firmware == "ardupilot" else PX4_MISSION, armed=True))
+    script.hear_at(
+        sent_at + 2.9, beat(firmware, AUTO if firmware == "ardupilot" else PX4_MISSION, armed=True)
+    )
     assert script.session.phase is Phase.FLYING
 
 

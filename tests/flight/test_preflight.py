@@ -142,7 +142,13 @@ def telemetry(percent):
 
 @pytest.mark.parametrize(
     ("percent", "needed_wh", "verdict"),
-    [(100, 80.0, "good"), (80, 80.0, "good"), (79, 80.0, "refused"), (31, 30.9, "good"), (29, 1.0, "refused")],
+    [
+        (100, 80.0, "good"),
+        (80, 80.0, "good"),
+        (79, 80.0, "refused"),
+        (31, 30.9, "good"),
+        (29, 1.0, "refused"),
+    ],
 )
 def test_the_battery_is_held_against_what_the_plan_takes(percent, needed_wh, verdict):
     limits = Limits(500.0, 30.0, 30.0, battery_wh=100.0, needed_wh=needed_wh)
@@ -193,8 +199,12 @@ def ending(firmware, last):
     return dataclasses.replace(mission, items=(*mission.items[:-1], *last))
 
 
-LAND = MissionItem(Command.NAV_LAND, Frame.GLOBAL_RELATIVE_ALT, (0, 0, 0, 0), HOME.lat_e7 + 18_000, HOME.lon_e7, 0)
-STAY = MissionItem(Command.NAV_LOITER_UNLIM, Frame.GLOBAL_RELATIVE_ALT, (0,) * 4, HOME.lat_e7 + 18_000, HOME.lon_e7, 30)
+LAND = MissionItem(
+    Command.NAV_LAND, Frame.GLOBAL_RELATIVE_ALT, (0, 0, 0, 0), HOME.lat_e7 + 18_000, HOME.lon_e7, 0
+)
+STAY = MissionItem(
+    Command.NAV_LOITER_UNLIM, Frame.GLOBAL_RELATIVE_ALT, (0,) * 4, HOME.lat_e7 + 18_000, HOME.lon_e7, 30
+)
 
 
 @BOTH
