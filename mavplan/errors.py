@@ -5,9 +5,10 @@
     MavplanError            1  a fault of ours
     ├── InputError          2  files, values or usage that cannot be taken; carries every problem found
     ├── NoLinkError         3  no vehicle answers
-    ├── RefusedError        4  refused: the vehicle provably keeps its old mission (or judges the new one infeasible)
-    ├── UncertainError      5  nobody knows what the vehicle holds now
-    └── CheckError          6  a check, a verification or a proof found something wrong
+    ├── RefusedError        4  refused: the vehicle provably keeps its old mission (or judges the new one infeasible),
+    │                          or stays on the ground
+    ├── UncertainError      5  nobody knows what the vehicle holds now, or how a flight ended
+    └── CheckError          6  a check, a verification or a proof found something wrong, a flight ended otherwise
 
 A message says what is wrong, where, and what to do; the command line prints it without a traceback.
 """

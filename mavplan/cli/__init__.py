@@ -61,7 +61,8 @@ class LazyGroup(click.Group):
     cls=LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit codes: 0 done, 1 a fault of ours, 2 bad input or usage, 3 no link, 4 refused (the vehicle keeps its "
-    "old mission), 5 uncertain what the vehicle holds, 6 a check found something wrong.",
+    "old mission, or was not started), 5 uncertain what the vehicle holds or how a flight ended, 6 a check found "
+    "something wrong, or a flight ended otherwise than planned.",
 )
 @click.version_option(__version__, prog_name="mavplan")
 def cli() -> None:
