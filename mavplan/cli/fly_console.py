@@ -11,11 +11,12 @@ import click
 
 from mavplan.cli.answers import END_OF_INPUT, Answers
 from mavplan.cli.console import is_terminal, printable, stderr
-from mavplan.cli.fly_view import checks_table, event_line, live, start_question
+from mavplan.cli.fly_view import checks_table, event_line, live, start_question, step_words
 from mavplan.flight.conductor import FlySession
 from mavplan.flight.orders import Order
 from mavplan.flight.phases import Phase
 from mavplan.flight.session import STARTING
+from mavplan.link.transfer import Progress
 from mavplan.mission.autopilots import AUTOPILOTS
 
 if TYPE_CHECKING:
@@ -55,6 +56,9 @@ class FlyConsole:
         self._signals: list[int] = []
         self._live: Live | None = None
         self._shown_at = 0.0
+        self._step = Progress("")
+        self._prompt_open = ""
+        """The question that stands at the end of the screen, without an answer yet."""
 
     # -- signals ----------------------------------------------------------------------------------------------
 
@@ -78,10 +82,10 @@ class FlyConsole:
 
     def see(self, session: FlySession, now: float) -> None:
         """Show what there is, and do what the person wants."""
-        session.events()  # the steps of the transfers are too many for people
-        for event in session.news():
-            self._print(event_line(event))
+        self._see_steps(session)
+        self._see_news(session)
         if session.done:
+            self._close_prompt()
             self._stop_live()
             return
         while self._signals:
@@ -93,6 +97,22 @@ class FlyConsole:
         elif self._terminal and now >= self._shown_at + SHOW_EVERY_S:
             self._shown_at = now
             self._show(session, now)
+
+    def _see_steps(self, session: FlySession) -> None:
+        """Take the steps of the transfers: on a terminal they move, elsewhere each kind is a line."""
+        for step in session.events():
+            if step.phase != self._step.phase and not self._terminal:
+                click.echo(f"{step.phase} …", err=True)
+            self._step = step
+
+    def _see_news(self, session: FlySession) -> None:
+        news = session.news()
+        if news and self._prompt_open:
+            click.echo(err=True)
+        for event in news:
+            self._print(event_line(event))
+        if news and self._prompt_open:
+            click.echo(self._prompt_open, nl=False, err=True)
 
     def _take_signal(self, number: int, session: FlySession, now: float) -> None:
         flying = session.phase is Phase.FLYING
@@ -108,6 +128,7 @@ class FlyConsole:
 
     def _leave(self, session: FlySession, now: float, why: str) -> None:
         self.interrupted = True
+        self._close_prompt()
         self._stop_live()
         session.leave(now, why)
 
@@ -122,7 +143,7 @@ class FlyConsole:
         if not self._asking:
             session.approve(now, every_question=True)
             return
-        line = self._answers.line()
+        line = self._line()
         if line is None:
             return
         if line == END_OF_INPUT:
@@ -145,16 +166,16 @@ class FlyConsole:
     def _prompt(self, questions: list[str]) -> None:
         if questions:
             self._answers.forget()
-            click.echo(f"{printable(questions[0])} [y/N] ", nl=False, err=True)
+            self._open_prompt(f"{printable(questions[0])} [y/N] ")
 
     def _ask_what_now(self, session: FlySession, now: float) -> None:
         if not self._asking_what_now:
             self._asking_what_now, self._wants_to_say = True, False
             self._stop_live()
             self._answers.forget()
-            self._say_what_now(session, now)
+            self._say_what_now(session)
             return
-        line = self._answers.line()
+        line = self._line()
         if line is None:
             return
         match line.lower()[:1]:
@@ -167,14 +188,30 @@ class FlyConsole:
             case _ if line == END_OF_INPUT:
                 self._leave(session, now, "nobody is there to answer")
             case _:
-                self._say_what_now(session, now)
+                self._say_what_now(session)
                 return
         self._asking_what_now = False
 
-    def _say_what_now(self, session: FlySession, now: float) -> None:
-        held = session.follows_an_order
-        del now
-        click.echo(WHAT_NOW_HELD if held else WHAT_NOW, nl=False, err=True)
+    def _say_what_now(self, session: FlySession) -> None:
+        self._open_prompt(WHAT_NOW_HELD if session.follows_an_order else WHAT_NOW)
+
+    def _open_prompt(self, words: str) -> None:
+        self._prompt_open = words
+        click.echo(words, nl=False, err=True)
+
+    def _close_prompt(self) -> None:
+        """End the line that a question without an answer stands on."""
+        if self._prompt_open:
+            click.echo(err=True)
+        self._prompt_open = ""
+
+    def _line(self) -> str | None:
+        line = self._answers.line()
+        if line == END_OF_INPUT:
+            self._close_prompt()
+        elif line is not None:
+            self._prompt_open = ""
+        return line
 
     # -- showing ----------------------------------------------------------------------------------------------
 
@@ -186,14 +223,12 @@ class FlyConsole:
 
     def _show(self, session: FlySession, now: float) -> None:
         picture = session.picture(now)
-        if picture is None:
-            return
         if self._live is None:
             from rich.live import Live
 
             self._live = Live(console=stderr(), auto_refresh=False, transient=True)
             self._live.start()
-        self._live.update(live(picture), refresh=True)
+        self._live.update(step_words(self._step) if picture is None else live(picture), refresh=True)
 
     def _stop_live(self) -> None:
         if self._live is not None:

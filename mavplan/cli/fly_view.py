@@ -8,6 +8,7 @@ from mavplan.flight.ending import FlightEvent, FlightReport
 from mavplan.flight.phases import Phase
 from mavplan.flight.picture import Picture
 from mavplan.flight.preflight import Check
+from mavplan.link.transfer import Progress
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -53,6 +54,12 @@ def start_question(title: str, picture: Picture | None) -> str:
         return f"Arm {title} and fly?"
     stops = counted(picture.stops, "stop")
     return f"Arm {title} and fly {stops}, {counted(picture.items, 'item')}, about {clock(picture.left_s)}?"
+
+
+def step_words(step: Progress) -> str:
+    """Return a step of a transfer as a line."""
+    far = f" {step.done} of {step.total}" if step.total else ""
+    return f"{step.phase}{far} …"
 
 
 def event_line(event: FlightEvent) -> str:

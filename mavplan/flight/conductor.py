@@ -225,6 +225,7 @@ class FlySession:
                 return
             self.flight = self._make_flight(now, storing.vehicle.address.system)
         self.flight.held = held
+        self.flight.held_id = storing.report.opaque_id if storing.report is not None else None
         self.flight.held_warnings = storing.report.warnings if storing.report is not None else ()
         if self._approved is not None:
             self.flight.approve(now, every_question=self._approved)

@@ -52,6 +52,8 @@ class Facts:
         The mode it was last in while armed.
     own_mode
         That mode is the mission's own.
+    heard
+        It was heard just now.
     ordered
         What the user ordered and got, or empty.
     replaced
@@ -80,6 +82,7 @@ class Facts:
     stays: bool
     mode: str
     own_mode: bool
+    heard: bool
     ordered: str
     replaced: bool
     meddled: bool
@@ -187,6 +190,8 @@ def judge(facts: Facts, left: str = "") -> tuple[str, MavplanError | None]:  # n
 def _on_ground(facts: Facts) -> tuple[str, MavplanError]:
     """Say what is known of a vehicle that was never seen in the air."""
     why = f"{facts.reason}; " if facts.reason else ""
+    if facts.restarted:
+        why = f"{why}the autopilot restarted; "
     if facts.unheard_at_end or not facts.disarmed:
         return _uncertain(f"{why}whether it took off is not known; {facts.known}", facts)
     words = f"{why}it did not take off, and its motors do not turn any more{_said(facts)}"
@@ -194,15 +199,17 @@ def _on_ground(facts: Facts) -> tuple[str, MavplanError]:
 
 
 def _left(facts: Facts, left: str) -> tuple[str, MavplanError]:
+    """Say what is known of a vehicle that is not watched any longer."""
     if facts.ordered:
         return _otherwise(
             f"{left}: it was to {facts.ordered} by your order, {facts.where}; {facts.known}", facts
         )
-    why = f"{facts.reason}; " if facts.reason else ""
-    alone = "its mission was left alone and goes on as far as the vehicle is concerned"
-    if facts.reason:
-        alone = "nothing more was sent"
-    return _uncertain(f"{left}: {why}{alone}; it was {facts.where}; {facts.known}", facts)
+    if facts.heard and not facts.own_mode and not facts.reason:
+        return _otherwise(f"{left}: it is in {facts.mode}, which is not the mission's; {facts.known}", facts)
+    what = f"{facts.reason}; nothing more was sent"
+    if not facts.reason:
+        what = "its mission was left alone, and it flies on by itself"
+    return _uncertain(f"{left}: {what}; it was {facts.where}; {facts.known}", facts)
 
 
 def _flown(words: str, facts: Facts) -> tuple[str, MavplanError | None]:

@@ -88,7 +88,9 @@ def vehicle_check(title: str, telemetry: Telemetry, now: float) -> Check:
     return Check("vehicle", "good", f"{title}, {telemetry.vehicle}, not armed")
 
 
-def mission_check(found: str | MavplanError | None, warnings: Sequence[Problem] = ()) -> Check:
+def mission_check(
+    found: str | MavplanError | None, warnings: Sequence[Problem] = (), replaced: bool = False
+) -> Check:
     """Judge whether the vehicle holds this mission.
 
     Parameters
@@ -97,11 +99,15 @@ def mission_check(found: str | MavplanError | None, warnings: Sequence[Problem] 
         How that is known, or why it is not so; None: not looked yet.
     warnings
         What the verification warned of.
+    replaced
+        The vehicle announces another one since.
     """
     if found is None:
         return Check("mission", "refused", "whether the vehicle holds it was not looked at")
     if isinstance(found, MavplanError):
         return Check("mission", "refused", f"{found}; --upload sends it first")
+    if replaced:
+        return Check("mission", "refused", "the vehicle announces another one since it was verified")
     if any(problem.code == "not-flyable" for problem in warnings):
         return Check("mission", "refused", "the vehicle holds it but judges it not flyable")
     return Check("mission", "good", found)

@@ -31,7 +31,7 @@ from mavplan.flight.progress import MissionProgress
 from mavplan.flight.route import Route
 from mavplan.flight.streams import Streams
 from mavplan.flight.survey import Survey
-from mavplan.flight.telemetry import Telemetry
+from mavplan.flight.telemetry import MissionCurrent, Telemetry
 from mavplan.flight.watching import WORST_TOLD, Watching
 from mavplan.link.discovery import Vehicle
 from mavplan.link.modes import mode_name
@@ -91,10 +91,13 @@ class FlightSession(Session):
         self.held: str | MavplanError | None = None
         """How it is known that the vehicle holds the mission, or why it is not so."""
         self.held_warnings: tuple[Problem, ...] = ()
+        self.held_id: int | None = None
+        """PX4's id of the verified mission, where it told one."""
         self.checks: tuple[Check, ...] = ()
         """The list as it was last looked at."""
         self._watch_only = watch_only
-        self._flight_s = flight_s if flight_s is not None else FLIGHT_SHARE * route.mission_s + FLIGHT_S
+        patience_s = math.ceil(FLIGHT_SHARE * route.mission_s + FLIGHT_S)
+        self._flight_s = flight_s if flight_s is not None else patience_s
         self._arm_s = arm_s
         self._survey: Survey | None = None
         self._check_from = now
@@ -149,7 +152,8 @@ class FlightSession(Session):
         home = survey.home if survey is not None else None
         planned, limits = self.mission.home, self.limits
         checks = [vehicle_check(self.rules.title, telemetry, now)]
-        checks.append(mission_check(self.held, self.held_warnings))
+        told = telemetry.mission
+        checks.append(mission_check(self.held, self.held_warnings, self._other_mission(told)))
         checks.append(home_check(planned, home, limits))
         checks.append(position_check(planned, home, telemetry, limits, now))
         checks.append(battery_check(telemetry, limits))
@@ -161,6 +165,13 @@ class FlightSession(Session):
         checks.append(end_check(self.route))
         self.checks = tuple(checks)
         return self.checks
+
+    def _other_mission(self, told: MissionCurrent | None) -> bool:
+        """Whether the vehicle announces another mission than the one that was verified."""
+        if told is None:
+            return False
+        other_id = None not in (told.mission_id, self.held_id) and told.mission_id != self.held_id
+        return other_id or told.total not in {None, self.route.count}
 
     def approve(self, now: float, *, every_question: bool = False) -> None:
         """Take the user's yes: look once more, then start.
@@ -425,7 +436,7 @@ class FlightSession(Session):
 
     def _fly(self, move: Move, reason: str, now: float) -> None:
         """Begin to watch."""
-        watch, mission = self._watch, self._seen.mission
+        watch = self._watch
         if watch is None:
             return
         self._move(move)
@@ -437,7 +448,7 @@ class FlightSession(Session):
             self._seen,
             self._progress,
             watch,
-            mission_id=mission.mission_id if mission is not None else None,
+            mission_id=self.held_id,
             started=move is not Move.WATCHED,
             reason=reason,
             since=self.started_at if self._launch is None else self._launch.begun_at,

@@ -311,6 +311,7 @@ class Watching:
             stays=self.stays,
             mode=self._name(mode),
             own_mode=self.is_own(mode),
+            heard=now < telemetry.beat_at + SILENT_S,
             ordered=ordered,
             replaced=self._replaced,
             meddled=self.meddled,
