@@ -57,6 +57,7 @@ class FlyConsole:
         self._live: Live | None = None
         self._shown_at = 0.0
         self._step = Progress("")
+        self._steps_told: set[str] = set()
         self._prompt_open = ""
         """The question that stands at the end of the screen, without an answer yet."""
 
@@ -101,8 +102,9 @@ class FlyConsole:
     def _see_steps(self, session: FlySession) -> None:
         """Take the steps of the transfers: on a terminal they move, elsewhere each kind is a line."""
         for step in session.events():
-            if step.phase != self._step.phase and not self._terminal:
+            if step.phase not in self._steps_told and not self._terminal:
                 click.echo(f"{step.phase} …", err=True)
+            self._steps_told.add(step.phase)
             self._step = step
 
     def _see_news(self, session: FlySession) -> None:

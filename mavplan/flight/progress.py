@@ -59,7 +59,7 @@ class MissionProgress:
         self._running = self._running or mission.state == RUNNING
         if mission.state == FINISHED and (self._running or not self._was_finished):
             self.finished = True
-            self._advance(self.route.last_seq + 1, clock_s)
+            self._begin_end(clock_s)
             return
         seq = mission.seq
         if seq is None or not self.route.first_seq <= seq <= self.route.last_seq:
@@ -76,7 +76,9 @@ class MissionProgress:
 
     def on_reached(self, seq: int, clock_s: float) -> None:
         """Take a MISSION_ITEM_REACHED of this flight."""
-        if self.route.first_seq <= seq <= self.route.last_seq and seq > self.done_through:
+        if seq >= self.route.end_seq:
+            self._begin_end(clock_s)  # PX4 says so of a return as it begins, ArduPilot when the motors stop
+        elif self.route.first_seq <= seq and seq > self.done_through:
             self._advance(seq + 1, clock_s)
 
     def on_position(self, position: Position, clock_s: float) -> None:
@@ -90,6 +92,16 @@ class MissionProgress:
     def left_the_mission(self) -> None:
         """Note that another mode flies: a hold that it comes back to begins anew."""
         self._arrived_s = None
+
+    def came_down(self) -> None:
+        """Note that the mission has ended as it should: its last item is done, too."""
+        self.done_through = self.route.last_seq
+
+    def _begin_end(self, clock_s: float) -> None:
+        """Every item before the end is done; the end itself is when the vehicle has come down."""
+        self._advance(self.route.end_seq, clock_s)
+        if self.route.end_seq <= self.route.last_seq:
+            self._enter(self.route.end_seq, clock_s)
 
     def _advance(self, seq: int, clock_s: float) -> None:
         """Everything before an item is done."""
@@ -125,7 +137,9 @@ class MissionProgress:
     @property
     def at_end(self) -> bool:
         """Whether the item that ends the mission is the current one, or done."""
-        return self.finished or self.done_through >= self.route.end_seq or self.current == self.route.end_seq
+        if self.route.end_seq > self.route.last_seq:
+            return self.finished or self.complete
+        return self.finished or self.current == self.route.end_seq
 
     @property
     def stop(self) -> Stop | None:

@@ -43,7 +43,7 @@ from mavplan.mission.model import Mission
 CHECK_S = 15.0
 """What a vehicle has not told by then it does not tell."""
 LISTEN_S = 3.0
-"""Messages that come once a second and are lost at times."""
+"""For messages that come once a second and that not every vehicle has."""
 FLIGHT_SHARE, FLIGHT_S = 1.5, 120.0
 """A flight is watched for so much of its forecast, and so much more: wind, and a radio that is out of reach."""
 TICK_S = 0.25
@@ -402,10 +402,14 @@ class FlightSession(Session):
             self._fly(Move.WATCHED, "", now)
 
     def _all_told(self, now: float) -> bool:
-        """Whether everything has come that is listened for."""
+        """Whether everything has come that is listened for; what not every vehicle tells is waited for less long."""
         telemetry = self._seen
         told = (telemetry.heartbeat_at, telemetry.position, telemetry.battery, telemetry.mission)
-        return None not in told and now >= self._check_from + LISTEN_S
+        if None in told:
+            return False
+        return (
+            None not in (telemetry.landed.value, telemetry.ready_to_arm) or now >= self._check_from + LISTEN_S
+        )
 
     def _refuse(self, words: str) -> None:
         self.error = RefusedError(words)
@@ -481,11 +485,13 @@ class FlightSession(Session):
     def _end(self, watching: Watching, now: float, left: str = "") -> None:
         facts = watching.facts(now)
         words, error = judge(facts, left)
-        self._happened("end", words, now)
+        self._happened("end", words, now if watching.off_since is None else watching.off_since)
         self._move(Move.EXPIRED if left else Move.FINISHED)
         progress, battery, vehicle = self._progress, self._seen.battery, self.vehicle
         if vehicle is None:
             return
+        if error is None and not facts.stays:
+            progress.came_down()
         outcome = OUTCOMES[int(error.exit_code) if error is not None else 0]
         done = progress.stops_done
         self.report = FlightReport(

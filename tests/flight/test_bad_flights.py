@@ -9,12 +9,15 @@ from collections import Counter
 from dataclasses import dataclass
 
 import pytest
+from pymavlink.dialects.v20 import common
 
 from mavplan.errors import CheckError, NoLinkError, RefusedError, UncertainError
 from mavplan.flight.command import CommandLong
+from mavplan.flight.launch import Launch
 from mavplan.flight.manners import ARM, FLIGHT_MANNERS, START, set_mode
 from mavplan.flight.orders import Order
 from tests.flight.harness import Air, Flown, fly, make_fly_session, say_yes
+from tests.flight.script import Sent
 from tests.link.harness import make_mission, make_network
 from tests.link.script import VEHICLE
 
@@ -206,6 +209,53 @@ def test_without_a_yes_nothing_is_ever_armed(firmware):
     flown = run(Case(firmware, "drop=0.2", says_yes=False))
     assert not any(truth.armed for truth in flown.truth)
     assert isinstance(flown.session.error, RefusedError)
+
+
+# -- the judge can find fault ----------------------------------------------------------------------------------
+
+
+def test_a_client_that_repeats_blindly_is_found_out(monkeypatch):
+    """Every quarter second another copy, whatever is heard of the vehicle."""
+
+    def send(self, now, modes, *, armed):
+        self.arming_sent = True
+        self._outbox.append(self._called().send(now))
+
+    good = run(Case("px4"))
+    sent_s = next(sent.at for sent in good.sent if sent.words == "START 0") - good.session.started_at
+    case = Case("px4", air=Air(silent=[(sent_s + 0.05, sent_s + 30.0)]))
+    assert [words for words in run(case).doings if words.startswith("START")] == ["START 0"]
+    monkeypatch.setattr(Launch, "_send", send)
+    monkeypatch.setattr("mavplan.flight.launch.GAP_S", 1e9)
+    with pytest.raises(AssertionError, match="started again in flight"):
+        run(case)
+
+
+def test_a_client_that_calls_everything_flown_is_found_out(monkeypatch):
+    monkeypatch.setattr("mavplan.flight.session.judge", lambda facts, left="": ("flown", None))
+    with pytest.raises(AssertionError, match="called flown, but"):
+        run(Case("px4", air=Air(silent=[(30.0, 1e9)]), order=(25.0, Order.HOLD)))
+
+
+def test_a_client_that_calls_everything_refused_is_found_out(monkeypatch):
+    refused = RefusedError("it was not started")
+    monkeypatch.setattr("mavplan.flight.session.judge", lambda facts, left="": (str(refused), refused))
+    with pytest.raises(AssertionError, match="said not to have been started"):
+        run(Case("px4"))
+
+
+def test_what_is_sent_before_a_yes_or_against_the_mission_is_found_out():
+    case = Case("ardupilot")
+    flown = run(case)
+    flown.approved_at = None
+    assert any("sent before a yes" in fault for fault in sent_wrongly(case, flown))
+    count = common.MAVLink_mission_count_message(1, 1, 3, 0)
+    flown.sent.append(Sent(flown.sent[-1].at, count))
+    assert any("changed after the start: ['MISSION_COUNT']" in fault for fault in sent_wrongly(case, flown))
+    flown.sent.append(Sent(flown.sent[-1].at, set_mode("ardupilot", 6).message(VEHICLE)))
+    assert any("not asked for: MODE 6" in fault for fault in sent_wrongly(case, flown))
+    flown.sent.append(Sent(flown.sent[-1].at, CommandLong(400, (1.0, 21196.0)).message(VEHICLE)))
+    assert any("not asked for: ARM 1 21196" in fault for fault in sent_wrongly(case, flown))
 
 
 # -- at random --------------------------------------------------------------------------------------------------
