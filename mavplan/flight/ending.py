@@ -14,6 +14,12 @@ from mavplan.link.protocol import Address
 from mavplan.mission.model import Autopilot
 
 
+LANDED_WITHIN_M = 25.0
+"""Autopilots come down within a few metres of where they are to."""
+CRITICAL, WARNING = 2, 4
+"""MAV_SEVERITY."""
+
+
 @dataclass(frozen=True, slots=True)
 class FlightEvent:
     """Something that happened.
@@ -54,6 +60,8 @@ class Facts:
         That mode is the mission's own.
     heard
         It was heard just now.
+    landed_off_m
+        How far from where the mission ends it was last seen, once its motors had stopped; None: not known.
     ordered
         What the user ordered and got, or empty.
     replaced
@@ -83,6 +91,7 @@ class Facts:
     mode: str
     own_mode: bool
     heard: bool
+    landed_off_m: float | None
     ordered: str
     replaced: bool
     meddled: bool
@@ -162,7 +171,7 @@ def judge(facts: Facts, left: str = "") -> tuple[str, MavplanError | None]:  # n
         return _otherwise("another mission was put on the vehicle while it flew: it flew that one", facts)
     if facts.skipped:
         stops = ", ".join(str(number) for number in facts.skipped)
-        return _otherwise(f"somebody moved the mission on: the hold was not kept at stop {stops}", facts)
+        return _otherwise(f"the hold was not kept at stop {stops}: the mission went on before its time", facts)
     if facts.stays:
         return _flown("flown to its last stop, where it stays until somebody takes over", facts)
     if not facts.airborne and not facts.complete:
@@ -182,6 +191,8 @@ def judge(facts: Facts, left: str = "") -> tuple[str, MavplanError | None]:  # n
         return _otherwise(f"it came down in {facts.mode}, which is not the mission's, {when}", facts)
     if not facts.complete:
         return _otherwise(f"its motors stopped in {facts.mode}, {facts.where}", facts)
+    if facts.landed_off_m is not None and facts.landed_off_m > LANDED_WITHIN_M:
+        return _otherwise(f"it came down {facts.landed_off_m:,.0f} m from where the mission ends", facts)
     if not facts.disarmed:
         return _flown("flown to its end and landed; it has not stopped its motors: keep away", facts)
     return _flown("flown to its end, landed, motors off", facts)
@@ -215,7 +226,7 @@ def _left(facts: Facts, left: str) -> tuple[str, MavplanError]:
 def _flown(words: str, facts: Facts) -> tuple[str, MavplanError | None]:
     if facts.meddled:
         return _uncertain(f"{words}; but another ground station wrote to its mission meanwhile", facts)
-    return words, None
+    return f"{words}{_said(facts, CRITICAL)}", None
 
 
 def _otherwise(words: str, facts: Facts) -> tuple[str, MavplanError]:
@@ -228,7 +239,7 @@ def _uncertain(words: str, facts: Facts) -> tuple[str, MavplanError]:
     return words, UncertainError(words)
 
 
-def _said(facts: Facts) -> str:
-    """Return the worst of what the vehicle said."""
-    bad = list(dict.fromkeys(text.words for text in facts.texts if text.severity <= 4))
+def _said(facts: Facts, worst: int = WARNING) -> str:
+    """Return what the vehicle said of a severity and worse."""
+    bad = list(dict.fromkeys(text.words for text in facts.texts if text.severity <= worst))
     return f"; it said {'; '.join(repr(words) for words in bad[-4:])}" if bad else ""

@@ -31,14 +31,14 @@ from mavplan.flight.progress import MissionProgress
 from mavplan.flight.route import Route
 from mavplan.flight.streams import Streams
 from mavplan.flight.survey import Survey
-from mavplan.flight.telemetry import MissionCurrent, Telemetry
+from mavplan.flight.telemetry import MissionCurrent, Position, Telemetry
 from mavplan.flight.watching import WORST_TOLD, Watching
 from mavplan.link.discovery import Vehicle
 from mavplan.link.modes import mode_name
 from mavplan.link.protocol import Message, sender
 from mavplan.link.session import Session
 from mavplan.link.transfer import Progress
-from mavplan.mission.model import Mission
+from mavplan.mission.model import HomePosition, Mission
 
 CHECK_S = 15.0
 """What a vehicle has not told by then it does not tell."""
@@ -111,6 +111,7 @@ class FlightSession(Session):
         self._ticked_at = now
         self._reboots_seen = 0
         self._battery_before: int | None = None
+        self._stood_at: Position | None = None
         self._news: list[FlightEvent] = []
         self._events: list[FlightEvent] = []
 
@@ -196,6 +197,7 @@ class FlightSession(Session):
             if telemetry.mission is not None:
                 self._progress.before_start(telemetry.mission)
             self._battery_before = telemetry.battery.percent if telemetry.battery is not None else None
+            self._stood_at = telemetry.position
             self._move(Move.APPROVED)
             self._start_s = telemetry.clock.at(now)
             self._launch = Launch(
@@ -455,6 +457,7 @@ class FlightSession(Session):
             mission_id=self.held_id,
             started=move is not Move.WATCHED,
             reason=reason,
+            ends=self._ends(),
             since=self.started_at if self._launch is None else self._launch.begun_at,
             now=now,
         )
@@ -462,6 +465,18 @@ class FlightSession(Session):
             self._happened("start", f"{self._mode_name()}: the mission is flown", now)
         elif move is Move.BROKEN_OFF:
             self._happened("start", f"{reason}: what becomes of it is watched", now)
+
+    def _ends(self) -> list[HomePosition]:
+        """Return where the mission may come down: autopilots return to where they were armed, or to a rally point."""
+        if self.route.end != "rtl":
+            return [self.route.end_place]
+        found = [self.mission.home]
+        found += [HomePosition(point.lat_e7, point.lon_e7, 0.0) for point in self.mission.rally]
+        if self._survey is not None and self._survey.home is not None:
+            found.append(self._survey.home)
+        if self._stood_at is not None:
+            found.append(HomePosition(self._stood_at.lat_e7, self._stood_at.lon_e7, 0.0))
+        return found
 
     def _watch_flight(self, watching: Watching, now: float) -> None:
         telemetry, order = self._seen, self._order

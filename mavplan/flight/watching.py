@@ -1,7 +1,7 @@
 """Watching one flight: what happens in it, when it is over, what is known of it then. Sends nothing. No I/O."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from mavplan.flight.ending import Facts
 from mavplan.flight.manners import FlightManners
@@ -50,6 +50,8 @@ class Watching:
         The flight was started by us; else somebody is to start it, or has.
     reason
         Why the start was broken off, or empty.
+    ends
+        Where it may come down: at a return, home and the rally points.
     since, now
         When the start began; from when on it is watched.
     """
@@ -65,6 +67,7 @@ class Watching:
         mission_id: int | None,
         started: bool,
         reason: str,
+        ends: Sequence[HomePosition],
         since: float,
         now: float,
     ) -> None:
@@ -82,6 +85,7 @@ class Watching:
         self._mission_id = mission_id
         self._started = started
         self._reason = reason
+        self._ends = tuple(ends)
         self._since = since
         self._now = self._begun_at = now
         self._armed_at: float | None = now if telemetry.armed_now else None
@@ -226,7 +230,7 @@ class Watching:
         stops = len(progress.route.stops)
         if len(progress.skipped) > self._skipped_told:
             self._skipped_told = len(progress.skipped)
-            yield "mission", "somebody moved the mission on before a hold was over"
+            yield "mission", "the mission went on before a hold can have been over"
         done = progress.stops_done
         for stop in done[self._stops_told :]:
             yield "stop", f"stop {stop.number} of {stops} done"
@@ -318,11 +322,19 @@ class Watching:
             skipped=tuple(stop.number for stop in progress.route.stops if stop.hold_seq in progress.skipped),
             restarted=self._restarted,
             unheard_at_end=self._unheard_at_end,
+            landed_off_m=self._landed_off_m() if disarmed else None,
             where=self.where(),
             known=self.known(now),
             reason=self._reason,
             texts=[text for text in telemetry.texts if text.at >= self._since],
         )
+
+    def _landed_off_m(self) -> float | None:
+        """Return how far from the nearest place where the mission may end it was last seen."""
+        position, off_at = self._telemetry.position, self.off_since
+        if position is None or off_at is None or position.at < off_at - SILENT_S:
+            return None
+        return min((_away_m(position, place) for place in self._ends), default=None)
 
     def where(self) -> str:
         """Return how far it has come, in words: ``at item 7, stop 2 of 5``."""

@@ -16,6 +16,7 @@ from mavplan.flight.command import CommandLong
 from mavplan.flight.launch import Launch
 from mavplan.flight.manners import ARM, FLIGHT_MANNERS, START, set_mode
 from mavplan.flight.orders import Order
+from sitl_mock.flight.pilot import Setting
 from tests.flight.harness import Air, Flown, fly, make_fly_session, say_yes
 from tests.flight.script import Sent
 from tests.link.harness import make_mission, make_network
@@ -205,6 +206,17 @@ def test_an_order_gets_through_a_bad_link(firmware, order):
 
 
 @BOTH
+@pytest.mark.parametrize(("battery_wh", "where"), [(3.6, "which is not the mission's"), (9.0, "")])
+def test_a_battery_that_runs_low_is_no_flight_to_the_end(firmware, battery_wh, where):
+    network = make_network(firmware, setting=Setting(battery_wh=battery_wh))
+    flown = fly(make_fly_session(make_mission(firmware, 3), network.clock_s), network)
+    assert isinstance(flown.session.error, CheckError)
+    assert where in str(flown.session.error)
+    assert "attery" in str(flown.session.error)
+    assert flown.session.report.battery_after < 15
+
+
+@BOTH
 def test_without_a_yes_nothing_is_ever_armed(firmware):
     flown = run(Case(firmware, "drop=0.2", says_yes=False))
     assert not any(truth.armed for truth in flown.truth)
@@ -221,10 +233,12 @@ def test_a_client_that_repeats_blindly_is_found_out(monkeypatch):
         self.arming_sent = True
         self._outbox.append(self._called().send(now))
 
-    good = run(Case("px4"))
+    good = run(Case("px4", air=Air(lost_acks=1_000)))
     sent_s = next(sent.at for sent in good.sent if sent.words == "START 0") - good.session.started_at
-    case = Case("px4", air=Air(silent=[(sent_s + 0.05, sent_s + 30.0)]))
+    silent = [(sent_s + 0.05, sent_s + 30.0)]
+    case = Case("px4", air=Air(silent, lost_acks=1_000))
     assert [words for words in run(case).doings if words.startswith("START")] == ["START 0"]
+    case.air.lost_acks = 1_000
     monkeypatch.setattr(Launch, "_send", send)
     monkeypatch.setattr("mavplan.flight.launch.GAP_S", 1e9)
     with pytest.raises(AssertionError, match="started again in flight"):

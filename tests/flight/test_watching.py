@@ -95,7 +95,7 @@ class InTheAir:
         mode = PX4_RETURN if self.firmware == "px4" else self.mode
         state = 5 if self.firmware == "px4" else 3
         self.on(20, item=6, mode=mode, state=state)
-        self.on(3, up_m=0.0)
+        self.on(3, up_m=0.0, north_m=0.0)
         return self.on(8, armed=False)
 
     @property
@@ -171,6 +171,20 @@ def test_landed_with_motors_that_do_not_stop_is_flown_with_a_warning_in_words(fi
     assert "keep away" in air.session.report.words
 
 
+@BOTH
+@pytest.mark.parametrize("away_m", [20.0, 30.0])
+def test_a_return_that_comes_down_elsewhere_did_not_end_as_planned(firmware, away_m):
+    air = flying(firmware).fly_stops()
+    air.on(20, item=6, mode=PX4_RETURN if firmware == "px4" else AUTO, state=5 if firmware == "px4" else 3)
+    air.say(text("Critical battery level", 2)).on(10, up_m=0.0, north_m=away_m, armed=False)
+    if away_m > 25.0:
+        assert isinstance(air.error, CheckError)
+        assert str(air.error).startswith("it came down 30 m from where the mission ends")
+    else:
+        assert air.error is None
+        assert air.session.report.words.endswith("it said 'Critical battery level'")
+
+
 # -- somebody else ----------------------------------------------------------------------------------------------
 
 
@@ -208,7 +222,7 @@ def test_a_failsafe_return_before_the_end_is_not_the_missions_and_its_text_is_th
 
 def test_px4s_return_at_the_missions_end_is_its_own_even_if_the_mode_is_told_first():
     air = flying("px4").fly_stops()
-    air.on(3, mode=PX4_RETURN).on(20, item=6, state=5).on(8, up_m=0.0, armed=False)
+    air.on(3, mode=PX4_RETURN).on(20, item=6, state=5).on(8, up_m=0.0, north_m=0.0, armed=False)
     assert air.error is None
     assert air.script.told("mode") == ["RETURN: the mission leads there"]
 
@@ -293,7 +307,7 @@ def test_a_flight_that_ends_unheard_is_flown_only_where_the_vehicle_tells_so(fir
     air.script.wait(air.script.now + 120.0)
     end = air.first + 6 if firmware == "px4" else 0
     air.item, air.state = (end - air.first, 5) if finished else (0, 2)
-    air.on(10, armed=False, up_m=0.0)
+    air.on(10, armed=False, up_m=0.0, north_m=0.0)
     if finished:
         assert air.error is None
     else:
