@@ -171,7 +171,9 @@ def judge(facts: Facts, left: str = "") -> tuple[str, MavplanError | None]:  # n
         return _otherwise("another mission was put on the vehicle while it flew: it flew that one", facts)
     if facts.skipped:
         stops = ", ".join(str(number) for number in facts.skipped)
-        return _otherwise(f"the hold was not kept at stop {stops}: the mission went on before its time", facts)
+        return _otherwise(
+            f"the hold was not kept at stop {stops}: the mission went on before its time", facts
+        )
     if facts.stays:
         return _flown("flown to its last stop, where it stays until somebody takes over", facts)
     if not facts.airborne and not facts.complete:
