@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from mavplan.cli.console import clock, counted, printable
-from mavplan.flight.ending import FlightEvent, FlightReport
 from mavplan.flight.phases import Phase
 from mavplan.flight.picture import Picture
 from mavplan.flight.preflight import Check
+from mavplan.flight.report import FlightEvent, FlightReport
 from mavplan.link.transfer import Progress
 
 if TYPE_CHECKING:

@@ -15,12 +15,13 @@ against the flight is said at once.
 from collections.abc import Callable
 
 from mavplan.errors import CheckError, MavplanError, RefusedError, UncertainError
-from mavplan.flight.ending import FlightEvent, FlightReport
 from mavplan.flight.orders import Order
 from mavplan.flight.phases import Phase
 from mavplan.flight.picture import Picture
 from mavplan.flight.preflight import Check
+from mavplan.flight.report import FlightEvent, FlightReport
 from mavplan.flight.session import FlightSession
+from mavplan.flight.survey import Held
 from mavplan.link.discovery import Vehicle
 from mavplan.link.protocol import GROUND, Message
 from mavplan.link.report import UploadReport
@@ -217,29 +218,27 @@ class FlySession:
             return
         self._storing = None
         self._verified_at = now
-        held = _held(storing)
         if self.flight is None:
-            belongs_into_list = isinstance(storing, VerifySession) and isinstance(held, IN_THE_LIST)
-            if storing.vehicle is None or (isinstance(held, MavplanError) and not belongs_into_list):
-                self._stopped = held if isinstance(held, MavplanError) else UncertainError("no vehicle")
+            in_the_list = isinstance(storing, VerifySession) and isinstance(storing.error, IN_THE_LIST)
+            if storing.vehicle is None or (storing.error is not None and not in_the_list):
+                self._stopped = storing.error or UncertainError("no vehicle was found")
                 return
             self.flight = self._make_flight(now, storing.vehicle.address.system)
-        self.flight.held = held
-        self.flight.held_id = storing.report.opaque_id if storing.report is not None else None
-        self.flight.held_warnings = storing.report.warnings if storing.report is not None else ()
+        self.flight.held = _held(storing)
         if self._approved is not None:
             self.flight.approve(now, every_question=self._approved)
         else:
             self.flight.tick(now)
 
 
-def _held(storing: UploadSession | VerifySession) -> str | MavplanError:
-    """Return how it is known that the vehicle holds the mission, or why it is not so."""
-    if storing.error is not None:
-        return storing.error
-    if isinstance(storing.report, UploadReport):
-        return f"sent, read back and verified just now: {storing.report.items} items"
-    if storing.report is None:
-        return UncertainError("what the vehicle holds is not known")
-    how = "by its checksum" if storing.report.by == "id" else "item by item"
-    return f"the vehicle holds it: {storing.report.items} items, verified {how}"
+def _held(storing: UploadSession | VerifySession) -> Held:
+    """Return what is known of the mission on the vehicle now."""
+    report = storing.report
+    if storing.error is not None or report is None:
+        return Held(storing.error or UncertainError("what the vehicle holds is not known"))
+    if isinstance(report, UploadReport):
+        words = f"sent, read back and verified just now: {report.items} items"
+    else:
+        how = "by its checksum" if report.by == "id" else "item by item"
+        words = f"the vehicle holds it: {report.items} items, verified {how}"
+    return Held(words, report.warnings, report.opaque_id)

@@ -5,39 +5,15 @@ was not heard is not known, and that is said (exit code 5) unless the vehicle it
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from mavplan.errors import CheckError, MavplanError, Problem, RefusedError, UncertainError
-from mavplan.flight.preflight import Check
+from mavplan.errors import CheckError, MavplanError, RefusedError, UncertainError
 from mavplan.flight.telemetry import Text
-from mavplan.link.protocol import Address
-from mavplan.mission.model import Autopilot
-
 
 LANDED_WITHIN_M = 25.0
 """Autopilots come down within a few metres of where they are to."""
 CRITICAL, WARNING = 2, 4
 """MAV_SEVERITY."""
-
-
-@dataclass(frozen=True, slots=True)
-class FlightEvent:
-    """Something that happened.
-
-    Attributes
-    ----------
-    flight_s
-        Seconds since the start, on the vehicle's clock where it tells it.
-    kind
-        Short and stable: ``start``, ``mode``, ``stop``, ``air``, ``link``, ``text``, ``order``, ``mission``,
-        ``vehicle``, ``end``.
-    words
-        For people.
-    """
-
-    flight_s: float
-    kind: str
-    words: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,57 +78,6 @@ class Facts:
     known: str
     reason: str
     texts: Sequence[Text] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class FlightReport:
-    """What came of a flight.
-
-    Attributes
-    ----------
-    outcome
-        ``flown``, ``stays``, ``not started``, ``ended otherwise``, ``uncertain``.
-    words
-        One sentence.
-    autopilot, vehicle
-        Firmware and address.
-    flight_s, forecast_s
-        From the start to the end on the vehicle's clock, and what was forecast.
-    items_done, items
-        Of the mission.
-    stops_done, stops
-        Numbers of the stops whose holds are over; how many there are.
-    users_served
-        Names of those whose stop is done, where a plan says who is served where.
-    battery_before, battery_after
-        Percent; None where it was not told.
-    unheard_s
-        The longest silence.
-    checks, events, warnings
-        The list before the start, what happened, what else should be known.
-    """
-
-    outcome: str
-    words: str
-    autopilot: Autopilot
-    vehicle: Address
-    flight_s: float
-    forecast_s: float
-    items_done: int
-    items: int
-    stops_done: tuple[int, ...]
-    stops: int
-    users_served: tuple[str, ...]
-    battery_before: int | None
-    battery_after: int | None
-    unheard_s: float
-    checks: tuple[Check, ...] = ()
-    events: tuple[FlightEvent, ...] = ()
-    warnings: tuple[Problem, ...] = field(default=())
-
-
-OUTCOMES: dict[int, str] = {0: "flown", 3: "no link", 4: "not started", 5: "uncertain", 6: "ended otherwise"}
-"""By exit code; a mission that is to stay ends with ``stays``."""
 
 
 def judge(facts: Facts, left: str = "") -> tuple[str, MavplanError | None]:  # noqa: PLR0911 - one return a case

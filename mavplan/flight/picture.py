@@ -3,7 +3,11 @@
 from dataclasses import dataclass
 
 from mavplan.flight.phases import Phase
+from mavplan.flight.progress import MissionProgress
 from mavplan.flight.route import Stop
+from mavplan.flight.telemetry import Telemetry
+from mavplan.link.modes import mode_name
+from mavplan.mission.model import Autopilot
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,3 +53,52 @@ class Picture:
     voltage_v: float | None
     silent_s: float
     order: str = ""
+
+
+def take_picture(
+    phase: Phase,
+    autopilot: Autopilot,
+    telemetry: Telemetry,
+    progress: MissionProgress,
+    *,
+    start_s: float,
+    order: str,
+    now: float,
+) -> Picture:
+    """Return the picture of this moment.
+
+    Parameters
+    ----------
+    phase, autopilot, telemetry, progress
+        Where it stands, the firmware, and what is known.
+    start_s
+        When the flight began, on the vehicle's clock.
+    order
+        What the user ordered and is not yet done, or empty.
+    now
+        The time.
+    """
+    clock_s = telemetry.clock.at(now)
+    route, done = progress.route, progress.stops_done
+    position, battery, mode = telemetry.position, telemetry.battery, telemetry.mode_now
+    return Picture(
+        phase=phase,
+        items_done=progress.items_done,
+        items=route.count,
+        current=progress.current,
+        stop=progress.stop,
+        stops=len(route.stops),
+        hold_left_s=progress.hold_left_s(clock_s) if phase is Phase.FLYING else None,
+        stops_done=len(done),
+        users_served=sum(len(stop.users) for stop in done),
+        users=sum(len(stop.users) for stop in route.stops),
+        flight_s=max(0.0, clock_s - start_s),
+        left_s=progress.left_s(clock_s),
+        mode="" if mode is None else mode_name(autopilot, telemetry.base_mode, mode),
+        armed=telemetry.armed_now,
+        alt_rel_m=position.alt_rel_m if position is not None else None,
+        battery_percent=battery.percent if battery is not None else None,
+        voltage_v=battery.voltage_v if battery is not None else None,
+        silent_s=max(0.0, now - telemetry.heard_at) if telemetry.heard_at is not None else 0.0,
+        order=order,
+    )

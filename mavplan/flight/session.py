@@ -7,32 +7,22 @@ it flies nothing else is sent but heartbeats and requests for messages.
 
 import math
 
-from mavplan.errors import MavplanError, NoLinkError, Problem, RefusedError, UncertainError
-from mavplan.flight.ending import OUTCOMES, FlightEvent, FlightReport, judge
+from mavplan.errors import MavplanError, NoLinkError, RefusedError, UncertainError
+from mavplan.flight.ending import judge
+from mavplan.flight.in_flight import InFlight
 from mavplan.flight.launch import ARM_S, Launch
 from mavplan.flight.manners import FLIGHT_MANNERS, FlightManners
-from mavplan.flight.orders import Order, OrderCall
+from mavplan.flight.orders import Order
 from mavplan.flight.phases import Move, Phase, moved
-from mavplan.flight.picture import Picture
-from mavplan.flight.preflight import (
-    Check,
-    Limits,
-    arming_check,
-    battery_check,
-    end_check,
-    home_check,
-    mission_check,
-    position_check,
-    refusal_words,
-    refused,
-    vehicle_check,
-)
+from mavplan.flight.picture import Picture, take_picture
+from mavplan.flight.preflight import Check, Limits, refusal_words, refused
 from mavplan.flight.progress import MissionProgress
+from mavplan.flight.report import FlightEvent, FlightLog, FlightReport, make_report
 from mavplan.flight.route import Route
 from mavplan.flight.streams import Streams
-from mavplan.flight.survey import Survey
-from mavplan.flight.telemetry import MissionCurrent, Position, Telemetry
-from mavplan.flight.watching import WORST_TOLD, Watching
+from mavplan.flight.survey import Held, Survey
+from mavplan.flight.telemetry import Battery, Position, Telemetry
+from mavplan.flight.watching import Watching
 from mavplan.link.discovery import Vehicle
 from mavplan.link.modes import mode_name
 from mavplan.link.protocol import Message, sender
@@ -88,11 +78,8 @@ class FlightSession(Session):
         self.limits = limits
         self.phase = Phase.CHECKING
         self.report: FlightReport | None = None
-        self.held: str | MavplanError | None = None
-        """How it is known that the vehicle holds the mission, or why it is not so."""
-        self.held_warnings: tuple[Problem, ...] = ()
-        self.held_id: int | None = None
-        """PX4's id of the verified mission, where it told one."""
+        self.held: Held | None = None
+        """What is known of the mission on the vehicle; None: nothing yet, and it is waited for."""
         self.checks: tuple[Check, ...] = ()
         """The list as it was last looked at."""
         self._watch_only = watch_only
@@ -105,15 +92,13 @@ class FlightSession(Session):
         self._streams: Streams | None = None
         self._progress = MissionProgress(route)
         self._launch: Launch | None = None
-        self._watching: Watching | None = None
-        self._order: OrderCall | None = None
-        self._start_s = 0.0
+        self._in_flight: InFlight | None = None
+        self._start_s: float | None = None
         self._ticked_at = now
         self._reboots_seen = 0
-        self._battery_before: int | None = None
+        self._battery_before: Battery | None = None
         self._stood_at: Position | None = None
-        self._news: list[FlightEvent] = []
-        self._events: list[FlightEvent] = []
+        self._log = FlightLog(self._flight_s_at)
 
     # -- the outside ------------------------------------------------------------------------------------------
 
@@ -124,8 +109,7 @@ class FlightSession(Session):
 
     def news(self) -> list[FlightEvent]:
         """Return what has happened since the last call."""
-        news, self._news = self._news, []
-        return news
+        return self._log.news()
 
     @property
     def may_have_armed(self) -> bool:
@@ -135,8 +119,7 @@ class FlightSession(Session):
     @property
     def follows_an_order(self) -> bool:
         """Whether the vehicle does what the user ordered, and not its mission."""
-        watching = self._watching
-        return watching is not None and watching.ordered != "" and self._seen.mode_now in watching.order_modes
+        return self._in_flight is not None and self._in_flight.follows_an_order
 
     @property
     def meddled(self) -> bool:
@@ -149,30 +132,9 @@ class FlightSession(Session):
 
     def look(self, now: float) -> tuple[Check, ...]:
         """Look at everything again and return the list."""
-        telemetry, survey = self._seen, self._survey
-        home = survey.home if survey is not None else None
-        planned, limits = self.mission.home, self.limits
-        checks = [vehicle_check(self.rules.title, telemetry, now)]
-        told = telemetry.mission
-        checks.append(mission_check(self.held, self.held_warnings, self._other_mission(told)))
-        checks.append(home_check(planned, home, limits))
-        checks.append(position_check(planned, home, telemetry, limits, now))
-        checks.append(battery_check(telemetry, limits))
-        if survey is not None:
-            checks.append(survey.fence())
-        checks.append(arming_check(telemetry))
-        if survey is not None:
-            checks.append(survey.link_loss())
-        checks.append(end_check(self.route))
-        self.checks = tuple(checks)
+        if self._survey is not None:
+            self.checks = self._survey.look(self._seen, self.held, self.route, self.limits, now)
         return self.checks
-
-    def _other_mission(self, told: MissionCurrent | None) -> bool:
-        """Whether the vehicle announces another mission than the one that was verified."""
-        if told is None:
-            return False
-        other_id = None not in (told.mission_id, self.held_id) and told.mission_id != self.held_id
-        return other_id or told.total not in {None, self.route.count}
 
     def approve(self, now: float, *, every_question: bool = False) -> None:
         """Take the user's yes: look once more, then start.
@@ -196,7 +158,7 @@ class FlightSession(Session):
             telemetry = self._seen
             if telemetry.mission is not None:
                 self._progress.before_start(telemetry.mission)
-            self._battery_before = telemetry.battery.percent if telemetry.battery is not None else None
+            self._battery_before = telemetry.battery
             self._stood_at = telemetry.position
             self._move(Move.APPROVED)
             self._start_s = telemetry.clock.at(now)
@@ -220,24 +182,10 @@ class FlightSession(Session):
 
     def order(self, order: Order, now: float) -> None:
         """Take the user's order to a vehicle in flight."""
-        watching, vehicle = self._watching, self.vehicle
-        if self.phase is not Phase.FLYING or watching is None or vehicle is None:
-            return
-        manners = self._flight_manners
-        own = {manners.mission_mode, *watching.order_modes, self._seen.mode.value}
-        own |= manners.end_modes.get(self.route.end, frozenset())
-        self._order = OrderCall(
-            order,
-            self.rules.name,
-            manners,
-            frozenset(own),
-            vehicle=vehicle.address,
-            us=self.us,
-            telemetry=self._seen,
-            pace=self._pace,
-        )
-        self._happened("order", f"you ordered it to {order.value}", now)
-        self._on_tick(now)
+        if self.phase is Phase.FLYING and self._in_flight is not None:
+            self._in_flight.order(order)
+            self._log.add("order", f"you ordered it to {order.value}", now)
+            self._on_tick(now)
 
     def leave(self, now: float, why: str) -> None:
         """End watching, or a start that has not armed anything; what flies is left alone."""
@@ -258,36 +206,16 @@ class FlightSession(Session):
 
     def picture(self, now: float) -> Picture | None:
         """Return what there is to be seen now; None before a vehicle is found."""
-        telemetry, progress = self._telemetry, self._progress
-        if telemetry is None:
+        if self._telemetry is None:
             return None
-        clock_s = telemetry.clock.at(now)
-        flying = self.phase is Phase.FLYING
-        position, battery = telemetry.position, telemetry.battery
-        heard_at = telemetry.heard_at if telemetry.heard_at is not None else self.started_at
-        mode = telemetry.mode_now
-        done = progress.stops_done
-        order = self._order
-        return Picture(
-            phase=self.phase,
-            items_done=progress.items_done,
-            items=self.route.count,
-            current=progress.current,
-            stop=progress.stop,
-            stops=len(self.route.stops),
-            hold_left_s=progress.hold_left_s(clock_s) if flying else None,
-            stops_done=len(done),
-            users_served=sum(len(stop.users) for stop in done),
-            users=sum(len(stop.users) for stop in self.route.stops),
-            flight_s=max(0.0, clock_s - self._start_s) if self._launch or self._watching else 0.0,
-            left_s=progress.left_s(clock_s),
-            mode="" if mode is None else mode_name(self.rules.name, telemetry.base_mode, mode),
-            armed=telemetry.armed_now,
-            alt_rel_m=position.alt_rel_m if position is not None else None,
-            battery_percent=battery.percent if battery is not None else None,
-            voltage_v=battery.voltage_v if battery is not None else None,
-            silent_s=max(0.0, now - heard_at),
-            order=order.order.value if order is not None and not order.done else "",
+        return take_picture(
+            self.phase,
+            self.rules.name,
+            self._telemetry,
+            self._progress,
+            start_s=self._start_s if self._start_s is not None else self._telemetry.clock.at(now),
+            order=self._in_flight.ordered if self._in_flight is not None else "",
+            now=now,
         )
 
     # -- messages and time ------------------------------------------------------------------------------------
@@ -320,7 +248,7 @@ class FlightSession(Session):
 
     def _on_message(self, message: Message, now: float) -> None:
         reboots = self._watch.reboots if self._watch is not None else 0
-        for part in (self._telemetry, self._streams, self._survey, self._launch, self._order):
+        for part in (self._telemetry, self._streams, self._survey, self._launch, self._in_flight):
             if part is not None:
                 part.receive(message, now)
         if self._streams is not None and reboots != self._reboots_seen:
@@ -334,7 +262,7 @@ class FlightSession(Session):
         if sender(message) != telemetry.vehicle:
             return
         clock_s = telemetry.clock.at(now)
-        if self._watching is not None and not self._watching.begun:
+        if self._in_flight is not None and not self._in_flight.watching.begun:
             if telemetry.mission is not None:
                 self._progress.before_start(telemetry.mission)
             return
@@ -354,11 +282,11 @@ class FlightSession(Session):
             self._check(now)
         while self.phase in STARTING and self._launch is not None and self._step_of_start(self._launch, now):
             pass
-        if self.phase is Phase.FLYING and self._watching is not None:
-            self._watch_flight(self._watching, now)
+        if self.phase is Phase.FLYING and self._in_flight is not None:
+            self._watch_flight(self._in_flight, now)
 
     def _timers(self) -> list[float | None]:
-        parts = (self._streams, self._launch if self.phase in STARTING else None, self._order)
+        parts = (self._streams, self._launch if self.phase in STARTING else None, self._in_flight)
         timers = [part.next_timer() for part in parts if part is not None]
         if self.phase is Phase.CHECKING and self._survey is not None:
             timers += [timer for timer in self._survey.timers() if timer is not None]
@@ -396,8 +324,8 @@ class FlightSession(Session):
                 self._move(Move.CHECKED)
 
     def _only_watch(self, now: float) -> None:
-        if isinstance(self.held, MavplanError):
-            self.refuse(self.held)
+        if self.held is not None and isinstance(self.held.found, MavplanError):
+            self.refuse(self.held.found)
         elif self._seen.heartbeat_at is not None and now >= self._check_from + LISTEN_S:
             self.look(now)
             self._start_s = self._seen.clock.at(now)
@@ -422,7 +350,7 @@ class FlightSession(Session):
         move = launch.tick(self.phase, now)
         self._outbox += launch.to_send()
         for words in launch.words:
-            self._happened("start", words, now)
+            self._log.add("start", words, now)
         launch.words.clear()
         if move is None:
             return False
@@ -435,9 +363,9 @@ class FlightSession(Session):
         if self.phase is Phase.ENDED:
             self.error = launch.error
         elif move is Move.SWITCHED:
-            self._happened("start", f"{self._mode_name()}: asks for the motors", now)
+            self._log.add("start", f"{self._mode_name()}: asks for the motors", now)
         elif move is Move.ARMED:
-            self._happened("start", "armed: starts the mission", now)
+            self._log.add("start", "armed: starts the mission", now)
         return True
 
     def _fly(self, move: Move, reason: str, now: float) -> None:
@@ -448,23 +376,32 @@ class FlightSession(Session):
         self._move(move)
         self.deadline_s = self._flight_s
         self.deadline = now + self._flight_s
-        self._watching = Watching(
+        watching = Watching(
             self.rules,
             self._flight_manners,
             self._seen,
             self._progress,
             watch,
-            mission_id=self.held_id,
+            mission_id=self.held.mission_id if self.held is not None else None,
             started=move is not Move.WATCHED,
             reason=reason,
             ends=self._ends(),
             since=self.started_at if self._launch is None else self._launch.begun_at,
             now=now,
         )
+        self._in_flight = InFlight(
+            watching,
+            self.rules,
+            self._flight_manners,
+            self.route.end,
+            us=self.us,
+            telemetry=self._seen,
+            pace=self._pace,
+        )
         if move is Move.STARTED:
-            self._happened("start", f"{self._mode_name()}: the mission is flown", now)
+            self._log.add("start", f"{self._mode_name()}: the mission is flown", now)
         elif move is Move.BROKEN_OFF:
-            self._happened("start", f"{reason}: what becomes of it is watched", now)
+            self._log.add("start", f"{reason}: what becomes of it is watched", now)
 
     def _ends(self) -> list[HomePosition]:
         """Return where the mission may come down: autopilots return to where they were armed, or to a rally point."""
@@ -478,61 +415,41 @@ class FlightSession(Session):
             found.append(HomePosition(self._stood_at.lat_e7, self._stood_at.lon_e7, 0.0))
         return found
 
-    def _watch_flight(self, watching: Watching, now: float) -> None:
-        telemetry, order = self._seen, self._order
-        if order is not None:
-            order.tick(now)
-            self._outbox += order.to_send()
-            for words in order.words:
-                self._happened("order", words, now)
-            order.words.clear()
-            if order.granted_mode is not None:
-                watching.ordered = order.order.value
-                watching.order_modes |= {order.granted_mode}
-        for text in telemetry.new_texts(now):
-            if text.severity <= WORST_TOLD:
-                self._happened("text", repr(text.words), now)
-        for kind, words in watching.tick(now):
-            self._happened(kind, words, now)
-        if watching.over(now):
-            self._end(watching, now)
+    def _watch_flight(self, in_flight: InFlight, now: float) -> None:
+        for kind, words in in_flight.tick(now):
+            self._log.add(kind, words, now)
+        self._outbox += in_flight.to_send()
+        if in_flight.watching.over(now):
+            self._end(in_flight.watching, now)
 
     def _end(self, watching: Watching, now: float, left: str = "") -> None:
         facts = watching.facts(now)
         words, error = judge(facts, left)
-        self._happened("end", words, now if watching.off_since is None else watching.off_since)
+        ended_at = now if watching.off_since is None else watching.off_since
+        self._log.add("end", words, ended_at)
         self._move(Move.EXPIRED if left else Move.FINISHED)
-        progress, battery, vehicle = self._progress, self._seen.battery, self.vehicle
-        if vehicle is None:
-            return
         if error is None and not facts.stays:
-            progress.came_down()
-        outcome = OUTCOMES[int(error.exit_code) if error is not None else 0]
-        done = progress.stops_done
-        self.report = FlightReport(
-            outcome="stays" if error is None and facts.stays else outcome,
-            words=words,
+            self._progress.came_down()
+        self.error = error
+        self.report = make_report(
+            words,
+            error,
+            stays=facts.stays,
+            progress=self._progress,
             autopilot=self.rules.name,
-            vehicle=vehicle.address,
-            flight_s=max(0.0, self._seen.clock.at(watching.off_since or now) - self._start_s),
-            forecast_s=self.route.mission_s,
-            items_done=progress.items_done,
-            items=self.route.count,
-            stops_done=tuple(stop.number for stop in done),
-            stops=len(self.route.stops),
-            users_served=tuple(name for stop in done for name in stop.users),
-            battery_before=self._battery_before,
-            battery_after=battery.percent if battery is not None else None,
+            vehicle=self._seen.vehicle,
+            flight_s=self._flight_s_at(ended_at),
+            before=self._battery_before,
+            after=self._seen.battery,
             unheard_s=watching.longest_silence_s,
             checks=self.checks,
-            events=tuple(self._events),
+            events=self._log.all(),
         )
-        self.error = error
 
     def _expire(self, now: float, cause: str) -> None:
-        if self.phase is Phase.FLYING and self._watching is not None:
-            self._watching.tick(now)
-            self._end(self._watching, now, left=cause)
+        if self.phase is Phase.FLYING and self._in_flight is not None:
+            self._in_flight.watching.tick(now)
+            self._end(self._in_flight.watching, now, left=cause)
             return
         arming_sent = self._launch is not None and self._launch.arming_sent
         if arming_sent:
@@ -543,10 +460,9 @@ class FlightSession(Session):
             self.error = RefusedError(f"{cause}: it was not armed")
         self._move(Move.EXPIRED)
 
-    def _happened(self, kind: str, words: str, now: float) -> None:
-        event = FlightEvent(round(max(0.0, self._seen.clock.at(now) - self._start_s), 1), kind, words)
-        self._news.append(event)
-        self._events.append(event)
+    def _flight_s_at(self, now: float) -> float:
+        """Return the seconds since the start, on the vehicle's clock."""
+        return max(0.0, self._seen.clock.at(now) - self._start_s) if self._start_s is not None else 0.0
 
     def _mode_name(self) -> str:
         mode = self._seen.mode_now

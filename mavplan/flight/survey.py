@@ -1,8 +1,23 @@
-"""Asking a vehicle what the list before the start needs: home, fence, what it does when the link is lost. No I/O."""
+"""The list before the start: asks a vehicle what only an answer tells, and looks at everything. No I/O."""
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
-from mavplan.flight.preflight import Check, fence_check, link_loss_check
+from mavplan.errors import MavplanError, Problem
+from mavplan.flight.preflight import (
+    Check,
+    Limits,
+    arming_check,
+    battery_check,
+    end_check,
+    fence_check,
+    home_check,
+    link_loss_check,
+    mission_check,
+    position_check,
+    vehicle_check,
+)
+from mavplan.flight.route import Route
+from mavplan.flight.telemetry import MissionCurrent, Telemetry
 from mavplan.link.fence_query import FenceQuery, judge_fence
 from mavplan.link.home import HomeQuery
 from mavplan.link.manners import Manners
@@ -12,12 +27,35 @@ from mavplan.link.transfer import Pace
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.model import Autopilot, HomePosition, Mission
 
-if TYPE_CHECKING:
-    from mavplan.errors import Problem
-
 HOME_S = 10.0
 LINK_LOSS_S = 6.0
 LINK_LOSS: dict[Autopilot, str] = {"ardupilot": "FS_GCS_ENABLE", "px4": "NAV_DLL_ACT"}
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """What was found out about the mission on the vehicle.
+
+    Attributes
+    ----------
+    found
+        How it is known that it is this one, or why it is not so.
+    warnings
+        What the verification warned of.
+    mission_id
+        PX4's id of the verified mission, where it told one.
+    """
+
+    found: str | MavplanError
+    warnings: tuple[Problem, ...] = ()
+    mission_id: int | None = None
+
+    def replaced_by(self, told: MissionCurrent | None, count: int) -> bool:
+        """Whether the vehicle announces another mission than this one of so many items."""
+        if told is None:
+            return False
+        other_id = None not in (told.mission_id, self.mission_id) and told.mission_id != self.mission_id
+        return other_id or told.total not in {None, count}
 
 
 class Survey:
@@ -100,18 +138,48 @@ class Survey:
         """Return the times of the parts' next ticks."""
         return [part.next_timer() for part in (self._home, self._fence, self._link_loss)]
 
-    def fence(self) -> Check:
+    def look(
+        self, telemetry: Telemetry, held: Held | None, route: Route, limits: Limits, now: float
+    ) -> tuple[Check, ...]:
+        """Look at everything and return the list.
+
+        Parameters
+        ----------
+        telemetry
+            What the vehicle told of itself.
+        held
+            What is known of the mission on it; None: nothing yet.
+        route, limits
+            What is to be flown, and what the user allows.
+        now
+            The time.
+        """
+        planned, home = self._mission.home, self.home
+        replaced = held is not None and held.replaced_by(telemetry.mission, route.count)
+        found, warnings = (held.found, held.warnings) if held is not None else (None, ())
+        return (
+            vehicle_check(self._rules.title, telemetry, now),
+            mission_check(found, warnings, replaced),
+            home_check(planned, home, limits),
+            position_check(planned, home, telemetry, limits, now),
+            battery_check(telemetry, limits),
+            self._fence_line(),
+            arming_check(telemetry),
+            self._link_loss_line(),
+            end_check(route),
+        )
+
+    def _fence_line(self) -> Check:
         """Judge the fence; once all is known that is not done again."""
         if self._fence_check is not None:
             return self._fence_check
         force = judge_fence(self._mission, self._rules, self._fence, self.home)
-        problems: tuple[Problem, ...] = force.problems
-        check = fence_check(force.words, force.enforced, force.breached, problems)
+        check = fence_check(force.words, force.enforced, force.breached, force.problems)
         if self.done:
             self._fence_check = check
         return check
 
-    def link_loss(self) -> Check:
+    def _link_loss_line(self) -> Check:
         """Judge what it does without a ground station."""
         value = self._link_loss.values.get(LINK_LOSS[self._rules.name])
         if self._rules.name == "ardupilot":

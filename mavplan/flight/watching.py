@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 
 from mavplan.flight.ending import Facts
 from mavplan.flight.manners import FlightManners
+from mavplan.flight.places import Staying, landed_off_m
 from mavplan.flight.progress import MissionProgress
-from mavplan.flight.telemetry import TWICE_S, Position, Telemetry
-from mavplan.link.home import distance_m
+from mavplan.flight.telemetry import TWICE_S, Telemetry
 from mavplan.link.modes import mode_name
 from mavplan.link.watch import Watch
 from mavplan.mission.autopilots import AutopilotRules
@@ -25,14 +25,8 @@ NEVER_ARMED_S = 15.0
 """A start that was broken off shows by then whether anything came of it."""
 LANDED_S = 30.0
 """A vehicle that stands on the ground so long and does not stop its motors is not waited for."""
-STAYS_WITHIN_M = 5.0
-STAYS_BELOW_M_S = 1.5
-STAYS_S = 3.0
-WORST_TOLD = 5
-"""MAV_SEVERITY of the texts that are told to people: notices and worse."""
-
 Happened = tuple[str, str]
-"""Kind and words of a `mavplan.flight.ending.FlightEvent`."""
+"""Kind and words of a `mavplan.flight.report.FlightEvent`."""
 
 
 class Watching:
@@ -108,7 +102,7 @@ class Watching:
         self._other_at = -math.inf
         self._replaced = False
         self._landed_since: float | None = None
-        self._staying_since: float | None = None
+        self._staying = Staying(progress.route.end_place)
         self._holding_at: int | None = None
         self._stops_told = 0
         self._skipped_told = 0
@@ -118,6 +112,10 @@ class Watching:
     def tick(self, now: float) -> list[Happened]:
         """Let time pass; what has happened."""
         self._now = now
+        route, mode = self._progress.route, self._telemetry.mode_now
+        own = self.is_own(mode) and mode not in self.order_modes
+        may_stay = route.end == "stay" and self._progress.at_end and own
+        self._staying.see(self._telemetry.position, may_stay, now)
         return [
             *self._link(now),
             *self._state(now),
@@ -265,15 +263,9 @@ class Watching:
             return True
         return mode in self._end_modes and self._progress.at_end
 
-    @property
-    def stays(self) -> bool:
-        """Whether it is where the mission has it stay."""
-        return self._staying_since is not None and self._now >= self._staying_since + STAYS_S
-
     def over(self, now: float) -> bool:
         """Whether the flight is over."""
-        self._watch_staying(now)
-        if self.stays:
+        if self._staying.stays:
             return True
         if self._armed_at is not None and self._off_at is not None:
             return now >= self._off_at + LAST_WORDS_S
@@ -283,23 +275,6 @@ class Watching:
         if self._landed_since is None or told_at is None:
             return False
         return told_at >= self._landed_since + LANDED_S
-
-    def _watch_staying(self, now: float) -> None:
-        route, position = self._progress.route, self._telemetry.position
-        there = (
-            route.end == "stay"
-            and self._progress.at_end
-            and self.is_own(self._telemetry.mode_now)
-            and self._telemetry.mode_now not in self.order_modes
-            and position is not None
-            and now < position.at + SILENT_S
-            and position.speed_m_s < STAYS_BELOW_M_S
-            and _away_m(position, route.end_place) < STAYS_WITHIN_M
-        )
-        if not there:
-            self._staying_since = None
-        elif self._staying_since is None:
-            self._staying_since = now
 
     def facts(self, now: float) -> Facts:
         """Return what is known."""
@@ -312,7 +287,7 @@ class Watching:
             complete=progress.complete,
             airborne=self.airborne,
             disarmed=disarmed,
-            stays=self.stays,
+            stays=self._staying.stays,
             mode=self._name(mode),
             own_mode=self.is_own(mode),
             heard=now < telemetry.beat_at + SILENT_S,
@@ -322,19 +297,12 @@ class Watching:
             skipped=tuple(stop.number for stop in progress.route.stops if stop.hold_seq in progress.skipped),
             restarted=self._restarted,
             unheard_at_end=self._unheard_at_end,
-            landed_off_m=self._landed_off_m() if disarmed else None,
+            landed_off_m=landed_off_m(telemetry.position, self.off_since, self._ends) if disarmed else None,
             where=self.where(),
             known=self.known(now),
             reason=self._reason,
             texts=[text for text in telemetry.texts if text.at >= self._since],
         )
-
-    def _landed_off_m(self) -> float | None:
-        """Return how far from the nearest place where the mission may end it was last seen."""
-        position, off_at = self._telemetry.position, self.off_since
-        if position is None or off_at is None or position.at < off_at - SILENT_S:
-            return None
-        return min((_away_m(position, place) for place in self._ends), default=None)
 
     def where(self) -> str:
         """Return how far it has come, in words: ``at item 7, stop 2 of 5``."""
@@ -361,7 +329,3 @@ class Watching:
         if mode is None:
             return "an unknown mode"
         return mode_name(self._rules.name, self._telemetry.base_mode, mode)
-
-
-def _away_m(position: Position, place: HomePosition) -> float:
-    return distance_m(HomePosition(position.lat_e7, position.lon_e7, 0.0), place)

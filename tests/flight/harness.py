@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mavplan.flight.conductor import FlySession
-from mavplan.flight.ending import FlightEvent
 from mavplan.flight.phases import Phase
 from mavplan.flight.picture import Picture
 from mavplan.flight.preflight import Limits
+from mavplan.flight.report import FlightEvent
 from mavplan.flight.route import make_route
 from mavplan.flight.session import FlightSession
 from mavplan.link.codec import Codec

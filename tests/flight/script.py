@@ -8,6 +8,7 @@ from pymavlink.dialects.v20 import common
 from mavplan.flight.preflight import Limits
 from mavplan.flight.route import make_route
 from mavplan.flight.session import FlightSession
+from mavplan.flight.survey import Held
 from mavplan.link.codec import Codec
 from mavplan.link.protocol import Message
 from mavplan.mission.autopilots import AUTOPILOTS
@@ -162,7 +163,7 @@ def begin(mission: Mission, *, now: float = 0.0, users=(), **options: Any) -> Sc
     """A session for a mission that the vehicle is known to hold."""
     rules = AUTOPILOTS[mission.autopilot]
     session = FlightSession(mission, make_route(mission, rules, users), LIMITS, now=now, system=1, **options)
-    session.held = "the vehicle holds it"
+    session.held = Held("the vehicle holds it")
     return Script(session, now)
 
 

@@ -7,6 +7,7 @@ import pytest
 from mavplan.errors import NoLinkError, Problem, RefusedError
 from mavplan.flight.phases import Phase
 from mavplan.flight.preflight import Limits, battery_check, fence_check, link_loss_check, mission_check
+from mavplan.flight.survey import Held
 from mavplan.flight.telemetry import Telemetry
 from mavplan.link.protocol import Address
 from mavplan.link.verify_session import HoldsOtherError
@@ -98,7 +99,7 @@ def test_everything_is_refused_at_once(firmware):
 @BOTH
 def test_a_mission_that_it_does_not_hold_is_one_line_among_others(firmware):
     script = begin(make_mission(firmware, 2))
-    script.session.held = HoldsOtherError("it holds something else")
+    script.session.held = Held(HoldsOtherError("it holds something else"))
     on_the_ground(script, firmware, MODE[firmware], until=20.0, battery=battery(5))
     assert str(script.session.error) == (
         "not armed: mission: it holds something else; --upload sends it first; "
