@@ -26,6 +26,8 @@ class InFlight:
         How the mission ends.
     us, telemetry, pace
         Our address; what is known of the vehicle and of the link. Others feed them.
+    since
+        When the start began: earlier texts do not belong to the flight.
     """
 
     def __init__(
@@ -38,8 +40,10 @@ class InFlight:
         us: Address,
         telemetry: Telemetry,
         pace: Pace,
+        since: float,
     ) -> None:
         self.watching = watching
+        self._since = since
         self._rules, self._manners, self._end = rules, manners, end
         self._us, self._telemetry, self._pace = us, telemetry, pace
         self._order: OrderCall | None = None
@@ -79,7 +83,11 @@ class InFlight:
     def tick(self, now: float) -> list[Happened]:
         """Let time pass; what has happened."""
         texts = self._telemetry.new_texts(now)
-        told = [("text", repr(text.words)) for text in texts if text.severity <= WORST_TOLD]
+        told = [
+            ("text", repr(text.words))
+            for text in texts
+            if text.severity <= WORST_TOLD and text.at >= self._since
+        ]
         return [*self._on_order(now), *told, *self.watching.tick(now)]
 
     def to_send(self) -> list[Message]:

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
+from mavplan.flight.route import Route
 from mavplan.flight.telemetry import Position
 from mavplan.link.home import distance_m
-from mavplan.mission.model import HomePosition
+from mavplan.mission.model import HomePosition, Mission
 
 FRESH_S = 5.0
 WITHIN_M = 5.0
@@ -74,3 +75,25 @@ def landed_off_m(
     if position is None or off_since is None or position.at < off_since - FRESH_S:
         return None
     return min((away_m(position, place) for place in places), default=None)
+
+
+def ends_of(
+    mission: Mission, route: Route, home: HomePosition | None, stood_at: Position | None
+) -> list[HomePosition]:
+    """Return where a mission may come down.
+
+    Parameters
+    ----------
+    mission, route
+        What is flown.
+    home, stood_at
+        The vehicle's home, and where it was when it was started: autopilots take home anew when they are armed.
+    """
+    if route.end != "rtl":
+        return [route.end_place]
+    found = [mission.home, *(HomePosition(point.lat_e7, point.lon_e7, 0.0) for point in mission.rally)]
+    if home is not None:
+        found.append(home)
+    if stood_at is not None:
+        found.append(HomePosition(stood_at.lat_e7, stood_at.lon_e7, 0.0))
+    return found

@@ -15,12 +15,13 @@ from mavplan.flight.manners import FLIGHT_MANNERS, FlightManners
 from mavplan.flight.orders import Order
 from mavplan.flight.phases import Move, Phase, moved
 from mavplan.flight.picture import Picture, take_picture
+from mavplan.flight.places import ends_of
 from mavplan.flight.preflight import Check, Limits, refusal_words, refused
 from mavplan.flight.progress import MissionProgress
 from mavplan.flight.report import FlightEvent, FlightLog, FlightReport, make_report
 from mavplan.flight.route import Route
 from mavplan.flight.streams import Streams
-from mavplan.flight.survey import Held, Survey
+from mavplan.flight.survey import LISTEN_S, Held, Survey
 from mavplan.flight.telemetry import Battery, Position, Telemetry
 from mavplan.flight.watching import Watching
 from mavplan.link.discovery import Vehicle
@@ -28,12 +29,8 @@ from mavplan.link.modes import mode_name
 from mavplan.link.protocol import Message, sender
 from mavplan.link.session import Session
 from mavplan.link.transfer import Progress
-from mavplan.mission.model import HomePosition, Mission
+from mavplan.mission.model import Mission
 
-CHECK_S = 15.0
-"""What a vehicle has not told by then it does not tell."""
-LISTEN_S = 3.0
-"""For messages that come once a second and that not every vehicle has."""
 FLIGHT_SHARE, FLIGHT_S = 1.5, 120.0
 """A flight is watched for so much of its forecast, and so much more: wind, and a radio that is out of reach."""
 TICK_S = 0.25
@@ -87,7 +84,6 @@ class FlightSession(Session):
         self._flight_s = flight_s if flight_s is not None else patience_s
         self._arm_s = arm_s
         self._survey: Survey | None = None
-        self._check_from = now
         self._telemetry: Telemetry | None = None
         self._streams: Streams | None = None
         self._progress = MissionProgress(route)
@@ -233,7 +229,6 @@ class FlightSession(Session):
     def _found(self, vehicle: Vehicle, now: float) -> None:
         self._telemetry = Telemetry(vehicle.address)
         self._streams = Streams(vehicle.address, self.us, self._pace)
-        self._check_from = now
         self._notes.append(Progress("asking what a start needs"))
         self._survey = Survey(
             self.mission,
@@ -243,7 +238,6 @@ class FlightSession(Session):
             manners=self.manners,
             pace=self._pace,
             now=now,
-            deadline=now + CHECK_S,
         )
 
     def _on_message(self, message: Message, now: float) -> None:
@@ -315,31 +309,21 @@ class FlightSession(Session):
         if self.held is None:
             return
         if self._watch_only:
-            self._only_watch(now)
-        elif (survey.done and self._all_told(now)) or now >= self._check_from + CHECK_S:
+            self._only_watch(survey, now)
+        elif survey.complete(self._seen, now):
             checks = self.look(now)
             if refused(checks):
                 self._refuse(f"not armed: {refusal_words(checks)}")
             else:
                 self._move(Move.CHECKED)
 
-    def _only_watch(self, now: float) -> None:
+    def _only_watch(self, survey: Survey, now: float) -> None:
         if self.held is not None and isinstance(self.held.found, MavplanError):
             self.refuse(self.held.found)
-        elif self._seen.heartbeat_at is not None and now >= self._check_from + LISTEN_S:
+        elif self._seen.heartbeat_at is not None and now >= survey.begun_at + LISTEN_S:
             self.look(now)
             self._start_s = self._seen.clock.at(now)
             self._fly(Move.WATCHED, "", now)
-
-    def _all_told(self, now: float) -> bool:
-        """Whether everything has come that is listened for; what not every vehicle tells is waited for less long."""
-        telemetry = self._seen
-        told = (telemetry.heartbeat_at, telemetry.position, telemetry.battery, telemetry.mission)
-        if None in told:
-            return False
-        return (
-            None not in (telemetry.landed.value, telemetry.ready_to_arm) or now >= self._check_from + LISTEN_S
-        )
 
     def _refuse(self, words: str) -> None:
         self.error = RefusedError(words)
@@ -376,6 +360,7 @@ class FlightSession(Session):
         self._move(move)
         self.deadline_s = self._flight_s
         self.deadline = now + self._flight_s
+        since = self.started_at if self._launch is None else self._launch.begun_at
         watching = Watching(
             self.rules,
             self._flight_manners,
@@ -385,8 +370,10 @@ class FlightSession(Session):
             mission_id=self.held.mission_id if self.held is not None else None,
             started=move is not Move.WATCHED,
             reason=reason,
-            ends=self._ends(),
-            since=self.started_at if self._launch is None else self._launch.begun_at,
+            ends=ends_of(
+                self.mission, self.route, self._survey.home if self._survey else None, self._stood_at
+            ),
+            since=since,
             now=now,
         )
         self._in_flight = InFlight(
@@ -397,23 +384,12 @@ class FlightSession(Session):
             us=self.us,
             telemetry=self._seen,
             pace=self._pace,
+            since=since,
         )
         if move is Move.STARTED:
             self._log.add("start", f"{self._mode_name()}: the mission is flown", now)
         elif move is Move.BROKEN_OFF:
             self._log.add("start", f"{reason}: what becomes of it is watched", now)
-
-    def _ends(self) -> list[HomePosition]:
-        """Return where the mission may come down: autopilots return to where they were armed, or to a rally point."""
-        if self.route.end != "rtl":
-            return [self.route.end_place]
-        found = [self.mission.home]
-        found += [HomePosition(point.lat_e7, point.lon_e7, 0.0) for point in self.mission.rally]
-        if self._survey is not None and self._survey.home is not None:
-            found.append(self._survey.home)
-        if self._stood_at is not None:
-            found.append(HomePosition(self._stood_at.lat_e7, self._stood_at.lon_e7, 0.0))
-        return found
 
     def _watch_flight(self, in_flight: InFlight, now: float) -> None:
         for kind, words in in_flight.tick(now):

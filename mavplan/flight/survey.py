@@ -27,6 +27,10 @@ from mavplan.link.transfer import Pace
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.model import Autopilot, HomePosition, Mission
 
+CHECK_S = 15.0
+"""What a vehicle has not told by then it does not tell."""
+LISTEN_S = 3.0
+"""For messages that come once a second and that not every vehicle has."""
 HOME_S = 10.0
 LINK_LOSS_S = 6.0
 LINK_LOSS: dict[Autopilot, str] = {"ardupilot": "FS_GCS_ENABLE", "px4": "NAV_DLL_ACT"}
@@ -67,8 +71,8 @@ class Survey:
         What is to be flown.
     vehicle, us, rules, manners, pace
         As for a transfer.
-    now, deadline
-        Start, and when to give up.
+    now
+        Start.
     """
 
     def __init__(
@@ -81,8 +85,9 @@ class Survey:
         manners: Manners,
         pace: Pace,
         now: float,
-        deadline: float,
     ) -> None:
+        deadline = now + CHECK_S
+        self.begun_at = now
         self._mission = mission
         self._rules = rules
         # SET_MESSAGE_INTERVAL is answered by COMMAND_ACKs as well, so that these are no answers to count.
@@ -119,6 +124,15 @@ class Survey:
     def home(self) -> HomePosition | None:
         """The vehicle's home; None: not told."""
         return self._home.home
+
+    def complete(self, telemetry: Telemetry, now: float) -> bool:
+        """Whether everything has come that is asked or listened for, or has had its time."""
+        if now >= self.begun_at + CHECK_S:
+            return True
+        needed = (telemetry.heartbeat_at, telemetry.position, telemetry.battery, telemetry.mission)
+        if not self.done or None in needed:
+            return False
+        return None not in (telemetry.landed.value, telemetry.ready_to_arm) or now >= self.begun_at + LISTEN_S
 
     def receive(self, message: Message, now: float) -> None:
         """Take a message of the link."""
