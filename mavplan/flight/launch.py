@@ -5,6 +5,8 @@ What holds whatever the link does:
 - A copy of a command goes out only while the vehicle was heard to be just as it was before the first one: not armed
   (or, to start, armed by us), and in no mode that somebody else chose. So a lost answer starts nothing twice.
 - After a silence longer than `GAP_S` nothing is repeated: a whole flight might have been flown in it.
+- Nothing arms while a late copy of what came before, a mode or a first item, may still be on its way: it would take the
+  vehicle out of its mission again.
 - The heartbeat decides what has happened; an answer only says it sooner, and why not.
 """
 
@@ -38,6 +40,8 @@ START_S = 20.0
 """As long as it stays armed; ArduPilot disarms by itself after 10 s on the ground."""
 ACCEPTED_S = 6.0
 """A vehicle that has accepted the start is armed by then, or never will be."""
+QUIET_S = 1.0
+"""So late a copy of a command that was doubled or overtaken on its way may still arrive."""
 SETTLE_S = 4.0
 """After giving up: so long a command that is late on its way may still arrive."""
 
@@ -101,6 +105,7 @@ class Launch:
         self._rewound_from: int | None = None
         self._broken_off = ""
         self._armed_by_answer = False
+        self._quiet_at = -math.inf
         self._outbox: list[Message] = []
         self._at = now
 
@@ -164,6 +169,7 @@ class Launch:
                 self._vehicle.system, self._vehicle.component, self._manners.first_seq
             )
             self._outbox.append(to_first)
+            self._quiet_at = now + QUIET_S
         return None
 
     def _begin(self, now: float) -> Move:
@@ -206,6 +212,8 @@ class Launch:
             return self._give_up(f"it did not arm within {self._arm_s:.0f} s", now)
         if self._gap:
             return self._give_up(f"it was not heard for {GAP_S:.0f} s while it was to arm", now)
+        if now < self._quiet_at:
+            return None
         self._send(now, {self._manners.arming_mode}, armed=False)
         return None
 
@@ -236,6 +244,8 @@ class Launch:
             return self._give_up(f"it was not heard for {GAP_S:.0f} s while its mission was to start", now)
         if manners.arms_itself and call.accepted:
             return None  # the heartbeat will show it
+        if now < self._quiet_at:
+            return None
         modes = {*before, manners.mission_mode} if manners.arms_itself else before
         self._send(now, modes, armed=not manners.arms_itself)
         return None
@@ -273,7 +283,9 @@ class Launch:
         is_armed = telemetry.armed_now or (armed and first and self._armed_by_answer)
         if is_armed != armed or telemetry.mode_now not in modes:
             return
-        self.arming_sent = self.arming_sent or call.what in (ARM, START)
+        arms = call.what in (ARM, START)
+        self.arming_sent = self.arming_sent or arms
+        self._quiet_at = self._quiet_at if arms else now + QUIET_S
         self._outbox.append(call.send(now))
 
     @property
@@ -317,14 +329,14 @@ class Launch:
         """Return the end of a start before anything was sent that may arm, if it has to end."""
         own_modes = {self._mode_before, self._manners.arming_mode}
         why = self._broken_off or self._taken_over(own_modes)
-        if not why and self._telemetry.armed_now:
-            why = "somebody else has armed it"
-        if not why and not self._is_heard(now):
-            return None  # it may be heard again before time is over
-        return self._refuse(why) if why else None
+        if why:
+            return self._refuse(why)
+        if self._telemetry.armed_now:
+            return self._refuse("somebody else has armed it", "nothing was sent that starts it")
+        return None
 
-    def _refuse(self, why: str) -> Move:
-        self.error = RefusedError(f"{why}{self._said()}: it was not armed")
+    def _refuse(self, why: str, so: str = "it was not armed") -> Move:
+        self.error = RefusedError(f"{why}{self._said()}: {so}")
         return Move.REFUSED
 
     def _give_up(self, why: str, now: float) -> Move | None:

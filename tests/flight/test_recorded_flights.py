@@ -78,14 +78,14 @@ def started(name, start_s):
         script,
         mission.autopilot,
         mode,
-        until=start_s - 0.4,
-        position=position(HOME, boot_s=began_s + start_s - 1.0),
+        until=start_s - 1.4,
+        position=position(HOME, boot_s=began_s + start_s - 2.0),
     )
     assert script.session.phase is Phase.READY, script.session.error
     assert script.doings == []
     script.session.approve(script.now)
     script.hear(current(0, 2), beat(mission.autopilot, mode))
-    return script, [(at, message) for at, message in heard if at > start_s - 0.3]
+    return script, [(at, message) for at, message in heard if at > start_s - 0.4]
 
 
 def play(script, heard):
