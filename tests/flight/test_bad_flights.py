@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import pytest
 from pymavlink.dialects.v20 import common
-from sitl_mock.flight.pilot import Setting
 
 from mavplan.errors import CheckError, NoLinkError, RefusedError, UncertainError
 from mavplan.flight.command import CommandLong
 from mavplan.flight.launch import Launch
 from mavplan.flight.manners import ARM, FLIGHT_MANNERS, START, set_mode
 from mavplan.flight.orders import Order
+from sitl_mock.flight.pilot import Setting
 from tests.flight.harness import Air, Flown, fly, make_fly_session, say_yes
 from tests.flight.script import Sent
 from tests.link.harness import make_mission, make_network
