@@ -1,4 +1,4 @@
-"""``mavplan check``: a mission before anyone goes outside, by readers' rules and on a mock vehicle in this process."""
+"""``mavplan check``: a mission before anyone goes outside, by readers' rules, uploaded to a mock vehicle and flown."""
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,8 +10,12 @@ import click
 from mavplan.errors import CheckError, InputError, Problem
 
 if TYPE_CHECKING:
+    from mavplan.cli.flight_rehearsal import World
     from mavplan.cli.rehearsal import Rehearsal
     from mavplan.mission.model import Autopilot, Mission
+    from mavplan.stored_plan import StoredPlan
+
+    _Checked = tuple[Autopilot, Mission, StoredPlan | None]
 
 
 @click.command("check", short_help="Check a mission or scenario against a mock vehicle.")
@@ -22,20 +26,36 @@ if TYPE_CHECKING:
     type=click.Choice(["ardupilot", "px4"]),
     help="Only this firmware. Default: the one that FILE is for, both where it does not say.",
 )
-def check_command(file: Path, autopilot: str | None) -> None:
+@click.option("--no-flight", is_flag=True, help="Upload the mission, but do not fly it.")
+@click.option("--wind", metavar="SPEED@FROM", help="Fly in this wind: m/s, degrees it comes from.")
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="NAMES",
+    help="Fly with this going wrong, as mavplan sim --help lists it: hold-cut=7, gust=9/200m …; may be given again.",
+)
+@click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, help="Of drift, gusts and faults.")
+def check_command(
+    file: Path, autopilot: str | None, no_flight: bool, wind: str | None, faults: tuple[str, ...], seed: int
+) -> None:
     """Check FILE: a mission (.plan, .waypoints) or a scenario (.toml), which is planned first.
 
     A mission file is read by the rules of QGroundControl, Mission Planner and MAVProxy, by MAVSDK's own importer
     (.plan) or pymavlink's loader (.waypoints). Then the mission is uploaded to a mock vehicle of each firmware, in this
-    process, and read back. Exit code 6 if anything is wrong.
+    process, and read back. Where its plan is known (a scenario, or the .mavplan.json beside FILE) the mock flies it,
+    and what every user received is worked out as mavplan prove does. Exit code 6 if anything is wrong.
 
     \b
     mavplan check valley.plan
-    mavplan check scenario.toml --firmware px4
+    mavplan check scenario.toml --firmware px4 --wind 6@270
+    mavplan check valley.plan --fault hold-cut=7,position-lost=9/30s
     """
+    from mavplan.cli.flight_rehearsal import make_world
     from mavplan.cli.rehearsal import rehearse
     from mavplan.mission.autopilots import AUTOPILOTS
 
+    world = make_world(wind, ",".join(faults), seed)
     found: list[Problem] = []
     wrong = 0
     if file.suffix.lower() == ".toml":
@@ -46,23 +66,61 @@ def check_command(file: Path, autopilot: str | None) -> None:
         click.echo(f"{file}: {_verdict(found)}")
         wrong = sum(problem.severity == "error" for problem in found)
     _say(found)
-    for firmware, mission in missions:
+    for firmware, mission, plan in missions:
         outcome = rehearse(mission, firmware)
         click.echo(_outcome(AUTOPILOTS[firmware].title, outcome))
         if outcome.report is None:
             wrong += 1
             print_stored(outcome)
             _say(outcome.error.problems if isinstance(outcome.error, InputError) else ())
+        elif plan is not None and not no_flight:
+            wrong += 0 if flies(mission, plan, world) else 1
     if wrong:
         raise CheckError(f"{file}: do not fly this before it is mended")
 
 
-def _planned(path: Path, wanted: "Autopilot | None") -> "Iterator[tuple[Autopilot, Mission]]":
+def flies(mission: "Mission", plan: "StoredPlan", world: "World") -> bool:
+    """Fly a mission on the mock, print what every user received, and return whether all was well."""
+    from mavplan.cli.console import progress
+    from mavplan.cli.flight_rehearsal import rehearse_flight
+    from mavplan.cli.proof_tables import print_proof, shortfall
+    from mavplan.mission.autopilots import AUTOPILOTS
+    from mavplan.proof.prove import prove
+    from mavplan.track.telemetry import read_tlog
+
+    name = f"mock {AUTOPILOTS[plan.autopilot].title}"
+    vehicle = plan.scenario.vehicle
+    with progress(f"flying: {name}") as tell:
+        flown = rehearse_flight(
+            mission, world, mass_kg=vehicle.mass_kg, battery_wh=vehicle.battery_wh, progress=tell
+        )
+    click.echo(f"{name}: {flown.report.words if flown.report else 'NOT flown'}")
+    if flown.error is not None:
+        _say([Problem(name, str(flown.error), "flight")])
+    if flown.report is None:
+        return False
+    try:
+        proof = prove(plan, read_tlog(flown.tlog, name))
+    except InputError as error:
+        _say(error.problems)
+        return False
+    _say(proof.notes)
+    click.echo()
+    print_proof(proof)
+    click.echo()
+    if not proof.all_met:
+        _say([Problem(name, str(shortfall(proof)), "short")])
+    return proof.all_met and flown.error is None
+
+
+def _planned(path: Path, wanted: "Autopilot | None") -> "Iterator[_Checked]":
     """Plan a scenario for each firmware."""
     from mavplan.cli.console import progress
     from mavplan.mission.model import Autopilot
     from mavplan.plan import make_plan
+    from mavplan.plan_file import dumps
     from mavplan.scenario import load_scenario
+    from mavplan.stored_plan import parse_plan
 
     scenario = load_scenario(path)
     warnings: dict[str, Problem] = {}
@@ -72,20 +130,26 @@ def _planned(path: Path, wanted: "Autopilot | None") -> "Iterator[tuple[Autopilo
             vehicle = dataclasses.replace(scenario.vehicle, autopilot=firmware)
             plan = make_plan(dataclasses.replace(scenario, vehicle=vehicle), progress=tell)
         warnings |= {str(problem): problem for problem in plan.warnings}
-        yield firmware, plan.built.mission
+        yield firmware, plan.built.mission, parse_plan(dumps(plan), str(path))
     _say(warnings.values())
 
 
-def _read(path: Path, wanted: "Autopilot | None") -> "Iterator[tuple[Autopilot, Mission]]":
-    """Read a mission file, for the firmware it is for, or for both."""
+def _read(path: Path, wanted: "Autopilot | None") -> "Iterator[_Checked]":
+    """Read a mission file, for the firmware it is for, or for both, with the plan beside it where it is this one's."""
+    from mavplan.cli.fly_setup import plan_of
+    from mavplan.flight.route import make_route
     from mavplan.formats.beside import read_known_mission
+    from mavplan.mission.autopilots import AUTOPILOTS
     from mavplan.mission.model import Autopilot
 
     mission = read_known_mission(path, wanted)
     _say(mission.warnings)
     firmwares: Sequence[Autopilot] = (mission.autopilot,) if mission.autopilot else get_args(Autopilot)
     for firmware in firmwares:
-        yield firmware, dataclasses.replace(mission, autopilot=firmware)
+        plan, noticed = plan_of(path, make_route(mission, AUTOPILOTS[firmware]))
+        _say(noticed)
+        known = plan if plan is not None and plan.autopilot == firmware else None
+        yield firmware, dataclasses.replace(mission, autopilot=firmware), known
 
 
 def _file_problems(path: Path, wanted: "Autopilot | None") -> "Iterator[Problem]":

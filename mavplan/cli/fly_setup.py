@@ -81,7 +81,7 @@ def read_flight(file: Path, autopilot: "Autopilot | None", timeout_s: float | No
     if bare.jumps and timeout_s is None:
         message = "jumps between its items, so that its time cannot be forecast: say with --timeout how long to watch"
         raise InputError([Problem(str(file), message, "jumps")])
-    plan, found = _plan_of(file, bare)
+    plan, found = plan_of(file, bare)
     warnings += found
     if plan is None:
         return Flight(mission, rules, bare, None, None, tuple(warnings))
@@ -89,7 +89,7 @@ def read_flight(file: Path, autopilot: "Autopilot | None", timeout_s: float | No
     return Flight(mission, rules, route, *_energy(mission, rules, plan), tuple(warnings))
 
 
-def _plan_of(file: Path, route: "Route") -> "tuple[StoredPlan | None, list[Problem]]":
+def plan_of(file: Path, route: "Route") -> "tuple[StoredPlan | None, list[Problem]]":
     """Return the plan beside a mission, where it is this mission's."""
     from mavplan.formats.beside import plan_path
 

@@ -77,7 +77,7 @@ def prove(plan: StoredPlan, track: Track, in_flight: bool | None = None) -> Proo
         reasons=reasons,
         path_xyz_m=np.column_stack((path.xy_m, path.height_m))[rows],
         known=path.known[rows[:-1]],
-        notes=(*track.notes, *flight.notes, *_gaps(path, track.label), *odd),
+        notes=(*track.notes, *_flight_notes(plan, flight), *_gaps(path, track.label), *odd),
     )
 
 
@@ -152,6 +152,12 @@ def _relayed(
     lacking = np.maximum(users.demand_bit[relayed] - air_bit[relayed], 0.0)
     d2d_bit[relayed] = np.minimum(sent, lacking)
     return d2d_bit
+
+
+def _flight_notes(plan: StoredPlan, flight: Flight) -> Iterator[Problem]:
+    """Yield what is to be told of a flight; that it ended in the air only where it was to come down."""
+    stays = plan.scenario.vehicle.end == "stay"
+    yield from (note for note in flight.notes if not (stays and note.code == "ends-in-air"))
 
 
 def _gaps(path: Path, label: str) -> Iterator[Problem]:
