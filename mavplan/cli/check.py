@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     "faults",
     multiple=True,
     metavar="NAMES",
-    help="Fly with this going wrong, as mavplan sim --help lists it: hold-cut=7, gust=9/200m …; may be given again.",
+    help="Fly with this going wrong, as mavplan sim --help lists it: hold-cut=8, gust=6/200m …; may be given again.",
 )
 @click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, help="Of drift, gusts and faults.")
 def check_command(
@@ -49,7 +49,7 @@ def check_command(
     \b
     mavplan check valley.plan
     mavplan check scenario.toml --firmware px4 --wind 6@270
-    mavplan check valley.plan --fault hold-cut=7,position-lost=9/30s
+    mavplan check valley.plan --fault hold-cut=8,position-lost=6/30s
     """
     from mavplan.cli.flight_rehearsal import make_world
     from mavplan.cli.rehearsal import rehearse
@@ -82,13 +82,14 @@ def check_command(
 def flies(mission: "Mission", plan: "StoredPlan", world: "World") -> bool:
     """Fly a mission on the mock, print what every user received, and return whether all was well."""
     from mavplan.cli.console import progress
-    from mavplan.cli.flight_rehearsal import rehearse_flight
+    from mavplan.cli.flight_rehearsal import idle_faults, rehearse_flight
     from mavplan.cli.proof_tables import print_proof, shortfall
     from mavplan.mission.autopilots import AUTOPILOTS
     from mavplan.proof.prove import prove
     from mavplan.track.telemetry import read_tlog
 
     name = f"mock {AUTOPILOTS[plan.autopilot].title}"
+    _say(idle_faults(mission, world))
     vehicle = plan.scenario.vehicle
     with progress(f"flying: {name}") as tell:
         flown = rehearse_flight(

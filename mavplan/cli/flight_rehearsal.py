@@ -4,11 +4,11 @@ Time jumps to whatever is due next, so that half an hour passes in seconds; ever
 memory, as a recording of a real flight would.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mavplan.errors import InputError, MavplanError
+from mavplan.errors import InputError, MavplanError, Problem
 from mavplan.flight.conductor import FlySession
 from mavplan.flight.preflight import Limits
 from mavplan.flight.report import FlightReport
@@ -80,6 +80,15 @@ def make_world(wind: str | None, faults: str, seed: int) -> World:
         return World(blowing, parse_faults(faults), seed)
     except ValueError as error:
         raise InputError(f"--fault {faults}: {error}") from error
+
+
+def idle_faults(mission: Mission, world: World) -> Iterator[Problem]:
+    """Yield a warning where a hold is to be cut that the mission does not have: items are the vehicle's numbers."""
+    cut = world.faults.flight.hold_cut
+    rules = AUTOPILOTS[mission.autopilot or "ardupilot"]
+    if cut is not None and not make_route(mission, rules).hold_s.get(cut):
+        message = f"item {cut} of the mission on {rules.title} holds nothing: nothing is cut"
+        yield Problem("--fault hold-cut", message, "no-hold", "warning")
 
 
 def rehearse_flight(

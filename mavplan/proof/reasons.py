@@ -80,7 +80,7 @@ def _clause(stop: int, flown: FlownStop) -> str:
     """Return what was wrong at a stop."""
     name = f"stop {stop + 1}"
     if flown.span is None:
-        return f"{name} was not held (the flight came as near as {flown.away_m:,.0f} m)"
+        return f"{name} was not held, the flight came as near as {flown.away_m:,.0f} m"
     found = []
     if flown.held_s < flown.planned_s - SHORTER_S:
         found.append(f"held {flown.held_s:,.1f} of {flown.planned_s:,.1f} s")

@@ -70,8 +70,9 @@ def flight_track(
     best = max(tracks, key=lambda track: (track.air_s, len(track)))
     if len(tracks) > 1:
         others = sum(track.air_s for track in tracks) - best.air_s
+        times = f"{len(tracks) - 1} time{'s' if len(tracks) > 2 else ''}"
         message = (
-            f"the vehicle's clock began anew {len(tracks) - 1} times: only the run with most time in the air is used "
+            f"the vehicle's clock began anew {times}: only the run with most time in the air is used "
             f"({best.air_s:,.0f} s); {others:,.0f} s in the air are left out"
         )
         noted.append(Problem(label, message, "restarts", "warning"))

@@ -73,6 +73,13 @@ def test_a_hold_cut_by_half_is_named_by_user_and_stop(mavplan, small, firmware):
     assert "do not fly this before it is mended" in ran.err
 
 
+def test_a_hold_that_is_none_cannot_be_cut_and_that_is_said(mavplan, small):
+    small("ardupilot")
+    ran = mavplan("check", "small.plan", "--fault", f"hold-cut={HOLD_ITEM['ardupilot'] - 1}")
+    assert ran.code == 0
+    assert "item 3 of the mission on ArduPilot holds nothing: nothing is cut" in ran.err
+
+
 @pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
 def test_a_gust_of_two_hundred_metres_is_named_by_user_and_stop(mavplan, small, firmware):
     small(firmware)

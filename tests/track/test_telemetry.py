@@ -62,7 +62,7 @@ def test_the_run_of_the_clock_with_the_flight_is_used_and_the_others_are_told():
         assert len(track) == len(FLIGHT.time_s)
         assert [event.seq for event in track.reached] == [seq for _, seq in FLIGHT.reached]
         assert [note.code for note in track.notes] == ["restarts"]
-        assert "began anew 1 times" in track.notes[0].message
+        assert "began anew 1 time:" in track.notes[0].message
 
 
 def test_messages_that_were_overtaken_are_put_in_their_place():
