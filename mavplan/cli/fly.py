@@ -142,6 +142,9 @@ def fly_command(
         session = make_session(flight, setup)
         fly(session, connection, console, recording.write if recording is not None else None)
         kept = _kept(session, recording, asked_for=record_file is not None)
+    if recording is not None and recording.failed:
+        message = f"ended after {recording.frames:,} frames: {recording.failed}"
+        say_problems([Problem(str(recording.path), message, "recording", "warning")])
     if session.uploaded is not None:
         say_problems([*session.uploaded.warnings, *remember_vehicle(file, session.uploaded)])
     return _end(session, console.interrupted, kept, as_json)

@@ -157,7 +157,6 @@ class FlightSession(Session):
             self._battery_before = telemetry.battery
             self._stood_at = telemetry.position
             self._move(Move.APPROVED)
-            self._start_s = telemetry.clock.at(now)
             self._launch = Launch(
                 self.rules,
                 self._flight_manners,
@@ -322,7 +321,6 @@ class FlightSession(Session):
             self.refuse(self.held.found)
         elif self._seen.heartbeat_at is not None and now >= survey.begun_at + LISTEN_S:
             self.look(now)
-            self._start_s = self._seen.clock.at(now)
             self._fly(Move.WATCHED, "", now)
 
     def _refuse(self, words: str) -> None:
@@ -358,6 +356,7 @@ class FlightSession(Session):
         if watch is None:
             return
         self._move(move)
+        self._start_s = self._seen.clock.at(now) if self._start_s is None else self._start_s
         self.deadline_s = self._flight_s
         self.deadline = now + self._flight_s
         since = self.started_at if self._launch is None else self._launch.begun_at

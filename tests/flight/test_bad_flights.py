@@ -196,6 +196,21 @@ def test_a_pilot_who_takes_over_is_told_of_and_never_fought(firmware):
 
 
 @BOTH
+def test_a_reboot_in_flight_is_told_of_and_messages_are_asked_for_anew(firmware):
+    flown = run(Case(firmware, "reboot-at=40s"))
+    assert isinstance(flown.session.error, CheckError)
+    assert "the autopilot restarted at item" in str(flown.session.error)
+    began_s = flown.session.started_at
+    asked = [
+        sent.at - began_s
+        for sent in flown.sent
+        if sent.message.get_type() == "COMMAND_LONG" and sent.message.command == 511
+    ]
+    assert any(at < 10.0 for at in asked)
+    assert any(at > 41.0 for at in asked)
+
+
+@BOTH
 @pytest.mark.parametrize("order", Order)
 def test_an_order_gets_through_a_bad_link(firmware, order):
     flown = run(Case(firmware, "drop=0.3", 5, order=(35.0, order)))
