@@ -1,4 +1,4 @@
-"""The few parameters the mock has: those of fence, speeds, return and battery failsafe.
+"""The few parameters the mock has: those of fence, speeds, return, battery failsafe and a lost ground station.
 
 Defaults as measured or as the firmware ships them, but for the battery's: the firmwares do nothing about it by default.
 """
@@ -36,6 +36,7 @@ ARDUPILOT_DEFAULTS: Mapping[str, Parameter] = {
     "FENCE_RADIUS": Parameter(150.0, REAL32),
     "FENCE_TOTAL": Parameter(0, INT8),
     "FENCE_TYPE": Parameter(7, INT8),
+    "FS_GCS_ENABLE": Parameter(0, INT8),
     "RTL_ALT": Parameter(1500, INT32),
     "WPNAV_ACCEL": Parameter(250.0, REAL32),
     "WPNAV_RADIUS": Parameter(200.0, REAL32),
@@ -54,6 +55,7 @@ PX4_DEFAULTS: Mapping[str, Parameter] = {
     "MPC_XY_CRUISE": Parameter(5.0, REAL32),
     "MPC_XY_VEL_MAX": Parameter(12.0, REAL32),
     "NAV_ACC_RAD": Parameter(2.0, REAL32),
+    "NAV_DLL_ACT": Parameter(0, INT32),
     "RTL_RETURN_ALT": Parameter(30.0, REAL32),
 }
 
