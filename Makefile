@@ -13,7 +13,7 @@ export MPLCONFIGDIR := $(CURDIR)/.cache/matplotlib
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check format lint types docs bench lock clean
+.PHONY: help demo test test-vehicle check format lint types docs bench lock clean
 
 help:  ## what can be typed here
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -32,6 +32,9 @@ demo: $(VENV)/ready  ## a valley without network: plan, files, upload to a mock 
 
 test: $(VENV)/ready lint types  ## format, lint, strict types and all tests
 	$(AT_HOME_HERE) $(BIN)/python -m pytest -n auto --basetemp=.cache/pytest $(PYTEST_ARGS)
+
+test-vehicle: $(VENV)/ready  ## fly the gallery on the vehicle at CONN=udp:0.0.0.0:14550; SIM=1: a simulator, do not ask
+	$(AT_HOME_HERE) CONN="$(CONN)" SIM="$(SIM)" SCENARIOS="$(SCENARIOS)" $(BIN)/python -m pytest -p no:xdist -q tests/vehicle
 
 check: test  ## the same as test
 
