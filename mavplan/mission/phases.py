@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mavplan.energy import RotaryWing
+from mavplan.mission.arrival import end_lag_s, start_lag_s
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.flight_law import LAWS, FlightLaw
 from mavplan.mission.motion import Legs, rest_to_rest
@@ -83,12 +84,17 @@ class Vehicle:
         return Flown(Phases(hover=seconds), Phases(hover=self._hover_wh(seconds)))
 
     def take_off(self, height_m: float) -> Flown:
-        """Return what it takes from the start of the mission until the climb is over: waiting is counted as climb."""
+        """Return what it takes from the start of the mission until the climb is over, the wait on the ground included.
+
+        Motors that turn on the ground take a tenth of what hover takes or less: it is not counted.
+        """
         law = self.law
         slow_m = min(height_m, law.climb_slow_below_m)
-        slow = self._at_once(slow_m, law.climb_slow_m_s)
-        waited = Flown(Phases(climb=law.takeoff_wait_s), Phases(climb=self._hover_wh(law.takeoff_wait_s)))
-        return waited + slow + self.climb(height_m - slow_m)
+        fastest_m_s = law.climb_m_s if height_m > slow_m else law.climb_slow_m_s
+        slowed_s = law.climb_end_s_per_m_s * fastest_m_s
+        seconds = Phases(climb=law.takeoff_ground_s + slowed_s)
+        waited = Flown(seconds, Phases(climb=self._hover_wh(slowed_s)))
+        return waited + self._at_once(slow_m, law.climb_slow_m_s) + self.climb(height_m - slow_m)
 
     def climb(self, height_m: float) -> Flown:
         """Return a climb from rest to rest, in flight."""
@@ -101,14 +107,15 @@ class Vehicle:
         return Flown(Phases(climb=float(up.time_s)), Phases(climb=float(joule) / JOULE_PER_WH))
 
     def land(self, height_m: float) -> Flown:
-        """Return what it takes from a height until the motors stop."""
-        seconds, below_m = self.law.landing_s, height_m
+        """Return what it takes from a height until the motors stop; what they take on the ground is not counted."""
+        seconds, below_m = self.law.landing_slow_s, height_m
         steps = self.law.descent
         for (_, speed_m_s), (until_m, _) in zip(steps, (*steps[1:], (0.0, 0.0)), strict=True):
             part_m = max(below_m - until_m, 0.0)
             seconds += part_m / speed_m_s
             below_m -= part_m
-        return Flown(Phases(descent=seconds), Phases(descent=self._hover_wh(seconds)))
+        descent = Phases(descent=seconds + self.law.landing_ground_s)
+        return Flown(descent, Phases(descent=self._hover_wh(seconds)))
 
     def come_home(self, distance_m: float, height_m: float) -> Flown:
         """Return a return to launch from a place at a height until the motors stop; its pauses are hover."""
@@ -164,17 +171,20 @@ class Vehicle:
         legs = self.motion(distance, speed)
         passed = np.zeros(len(steps), dtype=bool) if through is None else through
         share = spared(legs, steps, speed, passed, self.law)
-        settle = np.where(distance > 0, self.settle_s * (1 - share.settle), 0.0)
+        lag = share.wait_s
+        if self.acceleration_m_s2 is None:
+            lag = lag + start_lag_s(legs, self.law) * (1 - share.first)
+            lag = lag + end_lag_s(legs, distance, speed, self.law) * (1 - share.settle)
         # Of a ramp that is not flown its way remains, at the peak speed: half its time.
         flown, kept = 2 - share.first - share.last, (share.first + share.last) / 2
-        seconds = (flown + kept) * legs.ramp_s + legs.plateau_s + settle
+        seconds = (flown + kept) * legs.ramp_s + legs.plateau_s + lag
         if self.rotor is None:
             return seconds, np.full(len(steps), math.nan)
         power = self.rotor.power_w
         joule = (
             flown * legs.ramp_s * legs.ramp_mean(power)
             + (kept * legs.ramp_s + legs.plateau_s) * power(legs.peak_m_s)
-            + settle * self.rotor.hover_w
+            + lag * self.rotor.hover_w
         )
         return seconds, joule / JOULE_PER_WH
 
@@ -183,11 +193,6 @@ class Vehicle:
         if self.acceleration_m_s2 is not None:
             return rest_to_rest(distance_m, speed_m_s, self.acceleration_m_s2)
         return rest_to_rest(distance_m, speed_m_s, self.law.acceleration_m_s2, self.law.jerk_m_s3)
-
-    @property
-    def settle_s(self) -> float:
-        """From the end of a leg to the beginning of its hold; nothing where the acceleration is given."""
-        return self.law.settle_s if self.acceleration_m_s2 is None else 0.0
 
     def _at_once(self, height_m: float, climb_m_s: float) -> Flown:
         seconds = height_m / climb_m_s

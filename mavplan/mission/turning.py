@@ -4,7 +4,7 @@ A stop costs the ramp down to rest, the ramp up again and the time to settle. Ar
 one ends, as early as the way stays within a radius of the point and the turn within an acceleration
 (libraries/AP_Math/SCurve.cpp, advance_target_along_track). PX4 slows to what a circle that meets both legs on its
 acceptance radius allows (src/lib/motion_planning/TrajectoryConstraints.hpp): 1.7 m/s round a right angle, as recorded;
-of its ramps that share is spared that the squares of the speeds have, which the one recorded corner leaves within 5 %.
+of its ramps that share is spared that the squares of the speeds have, and a sharp turn costs a moment until it is done.
 """
 
 from dataclasses import dataclass, replace
@@ -31,12 +31,15 @@ class Spared:
     first, last
         (L,) shares of the ramps at the legs' beginnings and ends.
     settle
-        (L,) share of the time to settle at the end.
+        (L,) share of what a leg's end takes beyond its S-curve.
+    wait_s
+        (L,) what a turn costs at the legs' beginnings.
     """
 
     first: Floats
     last: Floats
     settle: Floats
+    wait_s: Floats
 
 
 def spared(legs: Legs, steps_m: Floats, speed_m_s: Floats, through: Bools, law: FlightLaw) -> Spared:
@@ -55,7 +58,7 @@ def spared(legs: Legs, steps_m: Floats, speed_m_s: Floats, through: Bools, law: 
     law
         The autopilot's.
     """
-    first, last, settle = (np.zeros(len(through)) for _ in range(3))
+    first, last, settle, wait_s = (np.zeros(len(through)) for _ in range(4))
     at = np.flatnonzero(through[:-1])
     lengths_m = np.hypot(*steps_m.T)
     at = at[(lengths_m[at] > 0) & (lengths_m[at + 1] > 0)]
@@ -74,7 +77,8 @@ def spared(legs: Legs, steps_m: Floats, speed_m_s: Floats, through: Bools, law: 
             speed = np.minimum(speed, np.minimum(before.peak_m_s, after.peak_m_s))
             last[at] = settle[at] = _ratio(speed, before.peak_m_s) ** 2
             first[at + 1] = _ratio(speed, after.peak_m_s) ** 2
-    return Spared(first, last, settle)
+            wait_s[at + 1] = np.where(near, 0.0, law.turn_wait_s * (1 - first[at + 1]))
+    return Spared(first, last, settle, wait_s)
 
 
 def _chosen(legs: Legs, at: NDArray[np.int64]) -> Legs:
