@@ -171,13 +171,16 @@ class Vehicle:
         legs = self.motion(distance, speed)
         passed = np.zeros(len(steps), dtype=bool) if through is None else through
         share = spared(legs, steps, speed, passed, self.law)
-        lag = share.wait_s
-        if self.acceleration_m_s2 is None:
-            lag = lag + start_lag_s(legs, self.law) * (1 - share.first)
-            lag = lag + end_lag_s(legs, distance, speed, self.law) * (1 - share.settle)
         # Of a ramp that is not flown its way remains, at the peak speed: half its time.
         flown, kept = 2 - share.first - share.last, (share.first + share.last) / 2
+        lag = share.wait_s
+        if self.acceleration_m_s2 is None:
+            # Where PX4 does not slow down, a leg ends at its point, not at the radius about it.
+            lag = lag + start_lag_s(legs, self.law) * (1 - share.first)
+            lag = lag + end_lag_s(legs, distance, speed, self.law) * (1 - share.settle)
         seconds = (flown + kept) * legs.ramp_s + legs.plateau_s + lag
+        # The shortest legs of PX4: none is faster than its speed.
+        seconds = np.maximum(seconds, (distance - self.law.arrival_radius_m) / speed)
         if self.rotor is None:
             return seconds, np.full(len(steps), math.nan)
         power = self.rotor.power_w

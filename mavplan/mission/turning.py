@@ -72,7 +72,7 @@ def spared(legs: Legs, steps_m: Floats, speed_m_s: Floats, through: Bools, law: 
             first[at + 1] = _ratio(shared_s, after.ramp_s)
             settle[at] = 1.0
         else:
-            near = lengths_m[at + 1] < law.turn_radius_m
+            near = np.minimum(lengths_m[at], lengths_m[at + 1]) < law.turn_radius_m
             speed = np.where(near, 0.0, _corner_speed_m_s(inward, outward, law))
             speed = np.minimum(speed, np.minimum(before.peak_m_s, after.peak_m_s))
             last[at] = settle[at] = _ratio(speed, before.peak_m_s) ** 2
