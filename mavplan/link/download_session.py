@@ -26,6 +26,7 @@ from mavplan.link.transfers import OWN, Transfers
 from mavplan.link.watch import Watch
 from mavplan.mission.fence_wire import fence_from_wire, rally_from_wire
 from mavplan.mission.model import Autopilot, Mission
+from mavplan.mission.unread import with_headings
 from mavplan.mission.wire import WireItem, from_wire, has_home_item
 
 QUIET_S = 1.0
@@ -41,6 +42,14 @@ HEARD_S = 3.0
 """Only one that was heard so recently is silent on purpose."""
 
 
+HEADINGS_UNREAD = Problem(
+    "mission",
+    "PX4 does not give back the heading of a hold (param4 of LOITER_TIME): written as along the track",
+    "heading-unread",
+    "warning",
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Held:
     """What a vehicle gave of one list.
@@ -53,11 +62,14 @@ class Held:
         How much of other stations' writing to this list had been noticed when it ended.
     why_not
         In words, where it gave none.
+    opaque_id
+        The vehicle's checksum of the list, where it has one.
     """
 
     items: tuple[WireItem, ...] | None
     signs: int
     why_not: str = ""
+    opaque_id: int | None = None
 
 
 class DownloadSession(Session):
@@ -200,7 +212,7 @@ class DownloadSession(Session):
                 self._keep(None, f"{vehicle.address} does not answer for it")
             return
         if outcome.end is DownloadEnd.COMPLETE:
-            self._keep(outcome.items)
+            self._keep(outcome.items, opaque_id=download.opaque_id)
         elif outcome.end is DownloadEnd.EXPIRED:
             self._expire(now, f"no end within {self.deadline_s:g} s")
         elif kind == MissionType.MISSION:
@@ -209,8 +221,10 @@ class DownloadSession(Session):
         else:
             self._keep(None, f"{vehicle.address} does not give it: {result_words(outcome.result or 0)}")
 
-    def _keep(self, items: tuple[WireItem, ...] | None, why_not: str = "") -> None:
-        self.held[self._kind] = Held(items, self._signs, why_not)
+    def _keep(
+        self, items: tuple[WireItem, ...] | None, why_not: str = "", opaque_id: int | None = None
+    ) -> None:
+        self.held[self._kind] = Held(items, self._signs, why_not, opaque_id)
         self._download = None
 
     def _is_given_up(self, download: Download, watch: Watch, now: float) -> bool:
@@ -239,6 +253,10 @@ class DownloadSession(Session):
             self.error = CheckError(f"{vehicle.address} holds no mission{self._but()}")
             return
         home = self._home.home if self._home is not None else None
+        unread: tuple[Problem, ...] = ()
+        if self.rules.name == "px4":
+            mission_items, sure = with_headings(mission_items, self.held[MissionType.MISSION].opaque_id)
+            unread = () if sure else (HEADINGS_UNREAD,)
         mission, warnings = from_wire(mission_items, self.rules, home, vehicle.mav_type)
         told_home = mission.home if not any(problem.code == "no-home" for problem in warnings) else None
         fence, of_fence = fence_from_wire(fence_items)
@@ -248,7 +266,7 @@ class DownloadSession(Session):
             for kind, held in self.held.items()
             if held.items is None
         )
-        self.warnings = (*warnings, *not_given, *of_fence, *of_rally)
+        self.warnings = (*warnings, *unread, *not_given, *of_fence, *of_rally)
         self.mission = dataclasses.replace(mission, fence=fence, rally=rally)
 
     def _but(self) -> str:

@@ -1,10 +1,15 @@
 """Fetching what a vehicle holds, against the mock on a virtual clock."""
 
+import dataclasses
+import math
+
 import pytest
 
 from mavplan.errors import CheckError, NoLinkError, RefusedError, UncertainError
 from mavplan.link.download_session import LIST_PATIENCE_S, DownloadSession
 from mavplan.mission.autopilots import AUTOPILOTS
+from mavplan.mission.checksum import px4_id
+from mavplan.mission.model import Command
 from mavplan.mission.readback import differences
 from mavplan.mission.wire import to_wire
 from sitl_mock.items import Result
@@ -277,3 +282,44 @@ def test_areas_that_make_no_fence_are_left_out_and_said():
     assert [problem.code for problem in session.warnings] == ["left-out"]
     assert session.mission.fence.circles == ()
     assert len(stored(network, 1)) == session.count(1) == 5
+
+
+# -- what is not read back ------------------------------------------------------------------------------------
+
+
+def headings(mission):
+    return [item.params[3] for item in mission.items if item.command == Command.NAV_LOITER_TIME]
+
+
+def with_heading(mission, heading):
+    items = (
+        dataclasses.replace(item, params=(*item.params[:3], heading))
+        if item.command == Command.NAV_LOITER_TIME
+        else item
+        for item in mission.items
+    )
+    return dataclasses.replace(mission, items=tuple(items))
+
+
+def test_the_heading_of_a_hold_is_told_by_px4s_checksum_and_what_is_fetched_is_the_same_mission():
+    """It reads back as a flag; sent again as that flag it would turn the nose north."""
+    network = holding("px4")
+    session = fetch(network).session
+    assert all(math.isnan(heading) for heading in headings(session.mission))
+    assert session.warnings == ()
+    assert px4_id(to_wire(session.mission, AUTOPILOTS["px4"])) == network.autopilot._missions._ids[0]
+
+
+def test_holds_with_the_nose_north_are_kept_and_others_are_said_to_be_unknown():
+    north = with_heading(make_mission("px4", 2), 0.0)
+    session = fetch(holding("px4", mission=north)).session
+    assert (headings(session.mission), session.warnings) == ([0.0, 0.0], ())
+    east = with_heading(make_mission("px4", 2), 90.0)
+    session = fetch(holding("px4", mission=east)).session
+    assert all(math.isnan(heading) for heading in headings(session.mission))
+    assert [problem.code for problem in session.warnings] == ["heading-unread"]
+
+
+def test_ardupilot_ignores_the_heading_and_nothing_is_said_of_it():
+    session = fetch(holding("ardupilot")).session
+    assert (headings(session.mission), session.warnings) == ([0.0, 0.0, 0.0], ())
