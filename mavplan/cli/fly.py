@@ -175,7 +175,7 @@ def _check_that_somebody_says_yes(route: "Route", yes: int, person: bool) -> Non
     InputError
         Standard input is no terminal, and not enough was said beforehand.
     """
-    wanted = 1 if route.end == "rtl" else 2
+    wanted = 1 if route.comes_home else 2
     if person or yes >= wanted:
         return
     if yes:

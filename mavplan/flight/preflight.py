@@ -240,6 +240,8 @@ def end_check(route: Route) -> Check:
     match route.end:
         case "rtl":
             return Check("end", "good", "returns and lands at home")
+        case "land" if route.comes_home:
+            return Check("end", "good", "flies back and lands at home")
         case "land":
             return Check("end", "ask", "lands at the last stop, whatever is there")
     found = "hovers at the last stop until its battery failsafe acts or somebody takes over"

@@ -62,6 +62,8 @@ class Route:
         Where it comes down, or stays.
     jumps
         It has a DO_JUMP: items may come again.
+    comes_home
+        It ends on the ground at home: by a return, or by a landing there.
     """
 
     first_seq: int
@@ -73,6 +75,7 @@ class Route:
     expected_s: Mapping[int, float]
     end_place: HomePosition
     jumps: bool
+    comes_home: bool
 
     @property
     def count(self) -> int:
@@ -127,6 +130,7 @@ def make_route(
         expected_s=expected_s if expected_s is not None else _expected_s(mission, rules, first),
         end_place=place,
         jumps=any(item.command == Command.DO_JUMP for item in mission.items),
+        comes_home=end == "rtl" or (end == "land" and distance_m(place, mission.home) < SAME_PLACE_M),
     )
 
 

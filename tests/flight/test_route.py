@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from mavplan.flight.preflight import end_check
 from mavplan.flight.route import make_route
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.build import build_mission
@@ -59,3 +60,24 @@ def test_names_that_do_not_fit_the_stops_are_not_used():
     assert [stop.users for stop in route.stops] == [(), (), ()]
     assert not route.jumps
     assert math.isfinite(route.mission_s)
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
+@pytest.mark.parametrize(
+    ("end", "back", "home"), [("rtl", None, True), ("rtl", STOPS[:1], True), ("land", None, False)]
+)
+def test_a_landing_at_home_comes_home_and_one_at_the_last_stop_does_not(firmware, end, back, home):
+    """Round no-fly zones the way back is waypoints and a landing."""
+    built = build_mission(
+        home=HOME,
+        stops_e7=STOPS,
+        holds_s=[8.0, 9.0],
+        rules=AUTOPILOTS[firmware],
+        altitude_m=30.0,
+        speed_m_s=8.0,
+        end=end,
+        back_e7=back,
+    )
+    route = make_route(built.mission, AUTOPILOTS[firmware])
+    assert route.comes_home == home
+    assert end_check(route).verdict == ("good" if home else "ask")
