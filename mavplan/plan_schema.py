@@ -103,6 +103,14 @@ class FileScenario:
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
+class FileForecast:
+    """What was forecast item by item, as far as it is read: when each stop is reached, and how many items there are."""
+
+    arrivals_s: list[_Seconds] = field(default_factory=list)
+    items: list[dict[str, Any]] = field(default_factory=list)
+
+
+@checked_dataclass(frozen=True, config=_CHECKED)
 class PlanFile:
     """What is read of a plan."""
 
@@ -116,6 +124,7 @@ class PlanFile:
     stop_items: list[FileItems]
     schedule: list[FileSlot]
     scenario: FileScenario
+    forecast: FileForecast = field(default_factory=FileForecast)
 
 
 _ADAPTER = TypeAdapter(PlanFile)
@@ -194,6 +203,10 @@ def _contradictions(file: PlanFile, label: str) -> Iterator[Problem]:
     if len(file.stop_items) != stops:
         message = f"there are {len(file.stop_items)} of them for {stops} stops"
         report.error(f"{label}, stop_items", message, "count")
+    arrivals = len(file.forecast.arrivals_s)
+    if arrivals not in (0, stops):
+        message = f"there are {arrivals} of them for {stops} stops"
+        report.error(f"{label}, forecast.arrivals_s", message, "count")
     before = -1
     for number, items in enumerate(file.stop_items):
         if not before < items.first <= items.hold:

@@ -71,6 +71,10 @@ class StoredPlan:
         Whether its holds count on what users receive in flight.
     flight_s, hover_s, mission_s
         Forecast.
+    arrivals_s
+        M seconds from the start of the mission until each hold begins; empty where the file does not say.
+    items
+        Number of items of the mission, without home; 0 where the file does not say.
     vehicle
         Which vehicle was last seen to hold it (`mavplan.formats.beside.remember_vehicle`); empty if none.
     """
@@ -87,6 +91,8 @@ class StoredPlan:
     flight_s: float
     hover_s: float
     mission_s: float
+    arrivals_s: tuple[float, ...] = ()
+    items: int = 0
     vehicle: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -161,6 +167,8 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         flight_s=file.flight_s,
         hover_s=file.hover_s,
         mission_s=file.mission_s,
+        arrivals_s=tuple(file.forecast.arrivals_s),
+        items=len(file.forecast.items),
         vehicle=vehicle,
     )
 

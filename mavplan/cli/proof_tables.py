@@ -7,6 +7,7 @@ import click
 import numpy as np
 
 from mavplan.cli.console import clock, counted, printable, stdout
+from mavplan.cli.tables import stopwatch
 from mavplan.errors import CheckError
 from mavplan.proof.model import FlownStop, Proof
 
@@ -73,15 +74,17 @@ def _print_stops(proof: Proof) -> None:
     from rich.table import Table
 
     table = Table(title="stops", title_justify="left", box=None)
-    for heading in (
-        "stop",
+    headings = (
         "planned s",
         "held s",
-        "off its place m",
-        "at most m",
+        "began",
+        "forecast",
+        "off place m",
+        "most m",
         "height m",
         "not counted s",
-    ):
+    )
+    for heading in ("stop", *headings):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("known by")
     for number, stop in enumerate(proof.stops, start=1):
@@ -91,16 +94,33 @@ def _print_stops(proof: Proof) -> None:
 
 def _stop_cells(stop: FlownStop) -> list[str]:
     if stop.span is None:
-        return [f"{stop.planned_s:g}", "not held", f"{stop.away_m:,.0f}", "–", "–", "–", "how near it came"]
+        near = f"{stop.away_m:,.0f}"
+        return [
+            f"{stop.planned_s:g}",
+            "not held",
+            "–",
+            _at(stop.expected_s),
+            near,
+            "–",
+            "–",
+            "–",
+            "how near it came",
+        ]
     return [
         f"{stop.planned_s:g}",
         f"{stop.held_s:,.1f}",
+        _at(stop.arrived_s),
+        _at(stop.expected_s),
         f"{stop.away_m:,.1f}",
         f"{stop.most_away_m:,.1f}",
         "–" if stop.higher_m is None else f"{stop.higher_m:+,.1f}",
         f"{stop.uncounted_s:,.1f}" if stop.uncounted_s > 0.05 else "–",
         "the vehicle's words" if stop.by == "vehicle" else "its track",
     ]
+
+
+def _at(seconds: float | None) -> str:
+    return "–" if seconds is None else stopwatch(max(seconds, 0.0))
 
 
 def totals(proof: Proof) -> Iterator[str]:
@@ -160,6 +180,8 @@ def to_json(proof: Proof) -> dict[str, Any]:
                 "held_s": round(stop.held_s, 3),
                 "from_s": None if stop.span is None else round(stop.span.from_s, 3),
                 "until_s": None if stop.span is None else round(stop.span.until_s, 3),
+                "arrived_s": None if stop.arrived_s is None else round(stop.arrived_s, 3),
+                "forecast_arrival_s": stop.expected_s,
                 "known_by": stop.by,
                 "off_place_m": round(stop.away_m, 2),
                 "off_place_most_m": round(stop.most_away_m, 2),

@@ -58,7 +58,7 @@ class _Manner:
 
 _MANNERS: dict[Autopilot | None, _Manner] = {
     # three recorded holds: 0.9 to 1.1 s, 1.1 to 1.2 s (2 s before a return)
-    "ardupilot": _Manner(1.0, 1.1, 0.0, 0.3),
+    "ardupilot": _Manner(1.0, 1.1, 0.0, 0.6),
     # NAV_ACC_RAD; three recorded holds: 0 to 0.6 s
     "px4": _Manner(0.0, 0.3, 2.0, 0.3),
     None: _Manner(0.0, 0.0, 0.0, 0.0),
@@ -220,18 +220,19 @@ def _hold(
     """Return the hold at one stop from what was said and where the vehicle hovered, and whether all was said."""
     if said.begin_s is not None and said.end_s is not None:
         return Span(said.begin_s, said.end_s), True
-    if hover is None:
-        # It said that it was there, and flew on without ever being slow.
-        moment_s = said.begin_s if said.begin_s is not None else said.end_s
-        return None if moment_s is None else (Span(moment_s, moment_s), False)
-    end_s = said.end_s if said.end_s is not None else hover.span.until_s - manner.ends_before_s
-    begin_s = said.begin_s
-    if begin_s is None:
-        begin_s = hover.span.from_s + manner.begins_after_s
-        if manner.radius_m:
-            begin_s = _enters_s(path, place_m, manner.radius_m, Span(after_s, end_s), begin_s)
-        if said.end_s is not None and abs(end_s - begin_s - planned_s) <= manner.unsure_s:
-            begin_s = end_s - planned_s
+    end_s = said.end_s
+    if end_s is None and hover is not None:
+        end_s = hover.span.until_s - manner.ends_before_s
+    if end_s is None:
+        # It said that it was there, and flew on without ever being slow; or it was never there.
+        return None if said.begin_s is None else (Span(said.begin_s, said.begin_s), False)
+    if said.begin_s is not None:
+        return Span(min(said.begin_s, end_s), end_s), False
+    begin_s = end_s if hover is None else hover.span.from_s + manner.begins_after_s
+    if manner.radius_m:
+        begin_s = _enters_s(path, place_m, manner.radius_m, Span(after_s, end_s), begin_s)
+    if said.end_s is not None and abs(end_s - begin_s - planned_s) <= manner.unsure_s:
+        begin_s = end_s - planned_s
     return Span(min(begin_s, end_s), end_s), False
 
 

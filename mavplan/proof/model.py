@@ -33,6 +33,8 @@ class FlownStop:
         Mean height during the hold above the planned one, negative below; None without a hold.
     uncounted_s
         Seconds of the hold that do not count: no positions, or too low.
+    arrived_s, expected_s
+        When the hold began, from the start of the mission, and when it was forecast to; None where that is not known.
     """
 
     planned_s: float
@@ -42,6 +44,8 @@ class FlownStop:
     most_away_m: float
     higher_m: float | None
     uncounted_s: float
+    arrived_s: float | None = None
+    expected_s: float | None = None
 
     @property
     def held_s(self) -> float:

@@ -55,8 +55,14 @@ def prove(plan: StoredPlan, track: Track, in_flight: bool | None = None) -> Proo
     spans = [None if hold is None else hold.span if by_turns else hold.there for hold in holds]
     channel = Channel(scenario.radio, scenario.vehicle.altitude_m, scenario.d2d)
     stops = tuple(
-        _flown_stop(path, hold, place_m, planned.hold_s, planned.alt_rel_m)
-        for hold, place_m, planned in zip(holds, places_m, plan.stops, strict=True)
+        replace(
+            _flown_stop(path, hold, place_m, planned.hold_s, planned.alt_rel_m),
+            arrived_s=None if hold is None else hold.span.from_s - flight.mission_from_s,
+            expected_s=expected_s,
+        )
+        for hold, place_m, planned, expected_s in zip(
+            holds, places_m, plan.stops, plan.arrivals_s or [None] * len(plan.stops), strict=True
+        )
     )
     odd = recognise(plan, track, stops, find_hovers(path), places_m, words, channel.radius_m)
     received = _received(plan, path, spans, channel)

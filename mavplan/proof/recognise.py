@@ -63,10 +63,9 @@ def _other_plan(
     radius_m: float,
 ) -> Iterator[str]:
     """Yield why this is another plan's flight."""
-    last = plan.stops[-1].items.hold + 1
     furthest = max((word.seq for word in words), default=0)
-    if furthest > last:
-        yield f"it reached item {furthest}, the plan's mission ends with item {last} (counted from 0 without home)"
+    if plan.items and furthest >= plan.items:
+        yield f"it reached item {furthest}, the plan's last is item {plan.items - 1} (from 0 without home)"
     held = [stop for stop in stops if stop.span is not None]
     if held and all(stop.away_m > radius_m for stop in held):
         nearest_m = min(stop.away_m for stop in held)

@@ -53,6 +53,27 @@ def test_a_planned_mission_is_flown_and_every_demand_is_met(mavplan, small, firm
     assert off < 5.0
 
 
+@pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
+@pytest.mark.parametrize("hover", ["loiter", "hold"])
+def test_other_ways_to_hold_are_flown_and_proved_one_user_at_a_time(
+    mavplan, small, tmp_path, firmware, hover
+):
+    with (tmp_path / "scenario.toml").open("a") as scenario:
+        scenario.write('[service]\nmode = "tdma"\n')
+    args = ("--autopilot", firmware, "--hover", hover, "-o", "small.plan")
+    assert mavplan("plan", "scenario.toml", *args).code == 0
+    ran = mavplan("check", "small.plan")
+    assert ran.code == 0, ran.err
+    assert "3 of 3 users received what they need" in ran.out
+
+
+def test_a_mission_that_flies_on_behind_its_last_stop_is_recognised(mavplan, small):
+    assert mavplan("plan", "scenario.toml", "--planner", "sbw", "-o", "small.plan").code == 0
+    ran = mavplan("check", "small.plan")
+    assert ran.code == 0, ran.err
+    assert "3 of 3 users received what they need" in ran.out
+
+
 def test_a_scenario_is_flown_by_both_firmwares(mavplan, small):
     ran = mavplan("check", "scenario.toml")
     assert ran.code == 0, ran.err

@@ -152,7 +152,7 @@ def test_another_plans_flight_is_refused_by_its_items():
     plan, longer = stored(USERS), stored([*USERS, (2000, 2000), (-2000, 2000), (3000, 0), (-3000, 0)])
     said = refused(plan, parse_track(to_tlog(flight_of(longer)), "x"))
     assert "it reached item" in said
-    assert "the plan's mission ends with item" in said
+    assert "the plan's last is item" in said
 
 
 def test_the_stops_in_another_order_are_another_plans():
