@@ -10,15 +10,15 @@ from typing import Literal
 import numpy as np
 
 from mavplan.bounds import Bound
-from mavplan.energy import rotor_of
 from mavplan.errors import InputError, Problem
+from mavplan.expected import expected_flight
 from mavplan.geo import LocalPlane
 from mavplan.hover import Holds, hold_times
 from mavplan.mission.autopilots import AUTOPILOTS, AutopilotRules
 from mavplan.mission.build import BuiltMission, build_mission
 from mavplan.mission.fence_check import flown_legs, mission_breaches
 from mavplan.mission.fence_wire import fence_problems
-from mavplan.mission.forecast import Forecast, forecast_mission
+from mavplan.mission.forecast import Forecast
 from mavplan.mission.geofence import Fence
 from mavplan.mission.model import HomePosition, Mission
 from mavplan.planners import plan_trajectory
@@ -133,12 +133,7 @@ def make_plan(
         back_e7=back_e7,
     )
     built = _fenced(built, scenario, rules)
-    expected = forecast_mission(
-        built.mission,
-        rules=rules,
-        acceleration_m_s2=vehicle.acceleration_m_s2,
-        rotor=None if vehicle.mass_kg is None else rotor_of(vehicle.mass_kg),
-    )
+    expected = expected_flight(built.mission, scenario, rules)
     benchmark = sbw(scenario.users, planning_channel(scenario))
     return Plan(scenario, rules, trajectory, holds, built, expected, joint_index(trajectory, benchmark))
 

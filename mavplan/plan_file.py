@@ -14,7 +14,7 @@ from mavplan.bounds import Bound
 from mavplan.plan import Plan
 from mavplan.plan_forecast import forecast_object
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
-from mavplan.scenario.sections import FenceOptions
+from mavplan.scenario.sections import FenceOptions, Wind
 
 VERSION = 1
 
@@ -134,6 +134,8 @@ def sections(scenario: Scenario) -> dict[str, dict[str, Any]]:
         "service": scenario.service,
         "planner": scenario.planner,
     }
+    if scenario.wind != Wind():
+        named["wind"] = scenario.wind
     if scenario.fence_options != FenceOptions():
         named["fence_options"] = scenario.fence_options
     if scenario.fence is not None:

@@ -30,6 +30,7 @@ from mavplan.scenario.sections import (
     Radio,
     Service,
     Vehicle,
+    Wind,
 )
 
 _CHECKED = ConfigDict(extra="ignore", strict=True, allow_inf_nan=False)
@@ -96,6 +97,7 @@ class FileScenario:
     vehicle: Vehicle
     service: Service
     planner: PlannerOptions
+    wind: Wind = field(default_factory=Wind)
     fence_options: FenceOptions = field(default_factory=FenceOptions)
     fence: Fence | None = None
     no_fly: Fence | None = None

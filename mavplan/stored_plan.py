@@ -139,6 +139,7 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         vehicle=sections.vehicle,
         service=sections.service,
         planner=sections.planner,
+        wind=sections.wind,
         fence_options=sections.fence_options,
         fence=sections.fence,
         no_fly=sections.no_fly,

@@ -7,6 +7,7 @@ from typing import Any
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.model import Command, Mission
 from mavplan.mission.wire import to_wire
+from sitl_mock.flight.air import Wind
 from sitl_mock.flight.pilot import Setting
 from tests.sitl_mock.rig import Rig, command, heartbeat, item
 
@@ -29,10 +30,16 @@ class Flown:
     told: tuple[tuple[int, float], ...]
 
 
-def fly(mission: Mission, rules: AutopilotRules, mass_kg: float, seed: int = 0) -> Flown:
-    """Upload, arm, start, and fly it to its end without wind."""
+def fly(
+    mission: Mission,
+    rules: AutopilotRules,
+    mass_kg: float,
+    seed: int = 0,
+    wind: tuple[float, float] = (0.0, 0.0),
+) -> Flown:
+    """Upload, arm, start, and fly it to its end; ``wind`` is m/s and the degrees it comes from."""
     home = mission.home
-    setting = Setting(seed=seed, mass_kg=mass_kg, battery_wh=PLENTY_WH)
+    setting = Setting(seed=seed, mass_kg=mass_kg, battery_wh=PLENTY_WH, wind=Wind(*wind))
     place = (home.lat_e7 / 1e7, home.lon_e7 / 1e7, home.alt_amsl_m)
     rig: Any = Rig(rules.name, home=place, setting=setting)
     rig.send(heartbeat())

@@ -98,7 +98,7 @@ def test_keys_that_are_not_known_are_left_alone():
         data["users"][0]["phone"] = "x"
         data["stops"][0]["forecast"] = {"leg_s": 3}
         data["scenario"]["vehicle"]["rotors"] = 4
-        data["scenario"]["wind"] = {"speed_m_s": 3}
+        data["scenario"]["tide"] = {"height_m": 3}
 
     stored = parse_plan(edited(change), "x")
     assert fingerprint(stored.scenario) == document(written()[0])["scenario_sha256"]

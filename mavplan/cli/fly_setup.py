@@ -138,15 +138,12 @@ def _energy(
     mission: "Mission", rules: "AutopilotRules", plan: "StoredPlan"
 ) -> tuple[float | None, float | None]:
     """Return the battery and what a flight takes of it with its reserve, in watt-hours."""
-    from mavplan.energy import rotor_of
-    from mavplan.mission.forecast import forecast_mission
+    from mavplan.expected import expected_flight
 
     vehicle = plan.scenario.vehicle
     if vehicle.mass_kg is None or vehicle.battery_wh is None:
         return vehicle.battery_wh, None
-    found = forecast_mission(
-        mission, rules=rules, acceleration_m_s2=vehicle.acceleration_m_s2, rotor=rotor_of(vehicle.mass_kg)
-    )
+    found = expected_flight(mission, plan.scenario, rules)
     if found.used_wh is None:
         return vehicle.battery_wh, None
     return vehicle.battery_wh, found.used_wh + vehicle.reserve_fraction * vehicle.battery_wh

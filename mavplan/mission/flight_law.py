@@ -59,6 +59,8 @@ class FlightLaw:
         What slows beginning and end of a descent to the ground.
     landing_ground_s
         From touching the ground until the motors stop.
+    airspeed_limit_m_s
+        The most that is made through the air.
     """
 
     acceleration_m_s2: float
@@ -85,6 +87,7 @@ class FlightLaw:
     descent: tuple[tuple[float, float], ...]
     landing_slow_s: float
     landing_ground_s: float
+    airspeed_limit_m_s: float = 11.8  # ArduPilot: against 6 m/s it was left with 5.8; of PX4 it is assumed
 
 
 ARDUPILOT_LAW = FlightLaw(

@@ -17,6 +17,7 @@ from mavplan.geo import LocalPlane
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.model import Command, Frame, HomePosition, Mission, MissionItem
 from mavplan.mission.phases import NOT_FLOWN, Flown, Phases, Vehicle
+from mavplan.mission.wind import Wind
 
 Floats = NDArray[np.float64]
 End = Literal["rtl", "land", "stay"]
@@ -131,6 +132,7 @@ def forecast_mission(
     rules: AutopilotRules,
     acceleration_m_s2: float | None = None,
     rotor: RotaryWing | None = None,
+    wind: Wind | None = None,
 ) -> Forecast:
     """Forecast a mission from its items.
 
@@ -145,6 +147,8 @@ def forecast_mission(
         Of the legs and of the return; 0 reaches speed at once, None is the autopilot's measured law.
     rotor
         What flying costs; None where that is not known.
+    wind
+        None for still air.
 
     Returns
     -------
@@ -171,7 +175,7 @@ def forecast_mission(
         )
         for item in mission.items
     ]
-    return _walk(steps, Vehicle(rules, acceleration_m_s2, rotor), (0.0, 0.0))
+    return _walk(steps, Vehicle(rules, acceleration_m_s2, rotor, wind), (0.0, 0.0))
 
 
 def forecast(
@@ -315,7 +319,7 @@ def _walk(steps: Sequence[_Step], vehicle: Vehicle, home_xy: tuple[float, float]
             case Command.NAV_TAKEOFF:
                 part, height_m = vehicle.take_off(step.height_m), step.height_m
             case Command.NAV_RETURN_TO_LAUNCH:
-                part = vehicle.come_home(math.dist(at, home_xy), height_m)
+                part = vehicle.come_home(np.subtract(home_xy, at), height_m)
                 at, height_m = home_xy, 0.0
             case Command.NAV_LAND:
                 part, height_m = next(legs) + vehicle.land(height_m), 0.0

@@ -5,6 +5,7 @@ has which phases is `mavplan.mission.forecast`'s business. Without a rotor every
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.flight_law import LAWS, FlightLaw
 from mavplan.mission.motion import Legs, rest_to_rest
 from mavplan.mission.turning import Bools, spared
+from mavplan.mission.wind import Wind
 
 Floats = NDArray[np.float64]
 
@@ -68,11 +70,14 @@ class Vehicle:
         Of legs; 0 reaches speed at once, None is the autopilot's measured law.
     rotor
         None where the mass is not known.
+    wind
+        None for still air.
     """
 
     rules: AutopilotRules
     acceleration_m_s2: float | None = None
     rotor: RotaryWing | None = None
+    wind: Wind | None = None
 
     @property
     def law(self) -> FlightLaw:
@@ -117,11 +122,11 @@ class Vehicle:
         descent = Phases(descent=seconds + self.law.landing_ground_s)
         return Flown(descent, Phases(descent=self._hover_wh(seconds)))
 
-    def come_home(self, distance_m: float, height_m: float) -> Flown:
-        """Return a return to launch from a place at a height until the motors stop; its pauses are hover."""
+    def come_home(self, step_m: ArrayLike, height_m: float) -> Flown:
+        """Return a return to launch over (2,) metres from a height until the motors stop; its pauses are hover."""
         law = self.law
         return_height_m = max(height_m, law.return_height_m)
-        (seconds,), (energy_wh,) = self.legs([[distance_m, 0.0]], law.return_m_s)
+        (seconds,), (energy_wh,) = self.legs(step_m, law.return_m_s)
         return (
             self.climb(return_height_m - height_m)
             + Flown(Phases(cruise=float(seconds)), Phases(cruise=float(energy_wh)))
@@ -167,6 +172,8 @@ class Vehicle:
             np.broadcast_to(np.asarray(speed_m_s, dtype=np.float64), len(steps)),
             self.rules.default_speed_limit_m_s,
         )
+        if self.wind is not None:
+            speed = self.wind.ground_m_s(steps, speed, self.law.airspeed_limit_m_s)
         distance = np.hypot(steps[:, 0], steps[:, 1])
         legs = self.motion(distance, speed)
         passed = np.zeros(len(steps), dtype=bool) if through is None else through
@@ -183,11 +190,11 @@ class Vehicle:
         seconds = np.maximum(seconds, (distance - self.law.arrival_radius_m) / speed)
         if self.rotor is None:
             return seconds, np.full(len(steps), math.nan)
-        power = self.rotor.power_w
+        power = self._power_w(steps)
         joule = (
             flown * legs.ramp_s * legs.ramp_mean(power)
             + (kept * legs.ramp_s + legs.plateau_s) * power(legs.peak_m_s)
-            + lag * self.rotor.hover_w
+            + lag * self._staying_w
         )
         return seconds, joule / JOULE_PER_WH
 
@@ -202,5 +209,29 @@ class Vehicle:
         watt = math.nan if self.rotor is None else float(self.rotor.climb_power_w(climb_m_s))
         return Flown(Phases(climb=seconds), Phases(climb=seconds * watt / JOULE_PER_WH))
 
+    def _power_w(self, steps_m: Floats) -> Callable[[ArrayLike], Floats]:
+        """Return the power of L legs by their speed over ground, (L,) or (L, S)."""
+        rotor, wind = self.rotor, self.wind
+        if rotor is None:
+            raise AssertionError("no rotor, no power")
+        if wind is None:
+            return rotor.power_w
+        head, cross = wind.parts_m_s(steps_m)
+
+        def power_w(ground_m_s: ArrayLike) -> Floats:
+            ground = np.asarray(ground_m_s, dtype=np.float64)
+            shape = (-1, *(1,) * (ground.ndim - 1))
+            return rotor.power_w(np.hypot(ground + head.reshape(shape), cross.reshape(shape)))
+
+        return power_w
+
+    @property
+    def _staying_w(self) -> float:
+        """Power of staying over one place: that of hover, or of flying against the wind if that is more."""
+        if self.rotor is None:
+            return math.nan
+        against = 0.0 if self.wind is None else float(self.rotor.power_w(self.wind.speed_m_s))
+        return max(self.rotor.hover_w, against)
+
     def _hover_wh(self, seconds: float) -> float:
-        return math.nan if self.rotor is None else seconds * self.rotor.hover_w / JOULE_PER_WH
+        return seconds * self._staying_w / JOULE_PER_WH

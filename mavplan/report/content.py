@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mavplan.energy import rotor_of
+from mavplan.expected import expected_flight
 from mavplan.geo import LocalPlane
 from mavplan.hover import broadcast_rates
 from mavplan.mission.autopilots import AUTOPILOTS
-from mavplan.mission.forecast import Forecast, forecast_mission
+from mavplan.mission.forecast import Forecast
 from mavplan.mission.geofence import FenceCircle
 from mavplan.mission.model import Command, Mission
 from mavplan.mission.sendable import command_name
@@ -151,10 +151,7 @@ def report_content(
     """
     vehicle = plan.scenario.vehicle
     rules = AUTOPILOTS[plan.autopilot]
-    rotor = None if vehicle.mass_kg is None else rotor_of(vehicle.mass_kg)
-    expected = forecast_mission(
-        mission, rules=rules, acceleration_m_s2=vehicle.acceleration_m_s2, rotor=rotor
-    )
+    expected = expected_flight(mission, plan.scenario, rules)
     plane = LocalPlane(mission.home.lat_e7 / 1e7, mission.home.lon_e7 / 1e7)
     stops_m = plane.to_xy_m([stop.lat_deg for stop in plan.stops], [stop.lon_deg for stop in plan.stops])
     path_m, back_m = _path_m(mission, plane)

@@ -12,6 +12,7 @@ from mavplan.scenario.sections import (
     Radio,
     Service,
     Vehicle,
+    Wind,
 )
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ __all__ = [
     "Service",
     "Users",
     "Vehicle",
+    "Wind",
     "load_scenario",
 ]
 

@@ -10,9 +10,11 @@ from mavplan.geo import geodesic_distance_m
 from mavplan.radio import coverage_radius_m, highest_altitude_m, position_error_of
 from mavplan.scenario.model import UNPAIRED
 from mavplan.scenario.report import Report, figure, listed, nearest, shown
-from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service, Vehicle
+from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service, Vehicle, Wind
 from mavplan.scenario.users import FileUsers
 
+LEAST_WAY_M_S = 1.0
+"""Against a wind that leaves less than this nobody should fly."""
 MAX_DISTANCE_M = 100_000.0
 """Users further from home than this are a slip of the pen, and the local plane is not made for them."""
 
@@ -59,6 +61,19 @@ def check_service(service: Service, label: str, report: Report) -> None:
     if service.mode == "tdma" and service.in_flight:
         message = 'found true with mode = "tdma"; in flight only a broadcast is counted: false, or mode = "broadcast"'
         report.error(f"{label}, [service] in_flight", message, "no-in-flight")
+
+
+def check_wind(wind: Wind, vehicle: Vehicle, label: str, report: Report) -> None:
+    """Note a wind against which the vehicle makes no way."""
+    from mavplan.mission.flight_law import LAWS
+
+    limit_m_s = LAWS[vehicle.autopilot].airspeed_limit_m_s
+    if wind.speed_m_s >= limit_m_s - LEAST_WAY_M_S:
+        message = (
+            f"found {figure(wind.speed_m_s)}; with default parameters {vehicle.autopilot} makes {limit_m_s:g} m/s "
+            f"through the air, and {LEAST_WAY_M_S:g} m/s over the ground must be left"
+        )
+        report.error(f"{label}, [wind] speed_m_s", message, "wind")
 
 
 def check_distances(users: FileUsers, home: Home, reach: "Reach | None", report: Report) -> None:

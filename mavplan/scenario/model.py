@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mavplan.errors import Problem
 from mavplan.mission.geofence import Fence, RallyPoint
-from mavplan.scenario.sections import D2D, FenceOptions, Home, PlannerOptions, Radio, Service, Vehicle
+from mavplan.scenario.sections import D2D, FenceOptions, Home, PlannerOptions, Radio, Service, Vehicle, Wind
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -64,6 +64,7 @@ class Scenario:
     vehicle: Vehicle = field(default_factory=Vehicle)
     service: Service = field(default_factory=Service)
     planner: PlannerOptions = field(default_factory=PlannerOptions)
+    wind: Wind = field(default_factory=Wind)
     fence_options: FenceOptions = field(default_factory=FenceOptions)
     fence: Fence | None = None
     no_fly: Fence | None = None

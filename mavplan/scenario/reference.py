@@ -26,6 +26,7 @@ from mavplan.scenario.sections import (
     Service,
     Vehicle,
     Vertex,
+    Wind,
 )
 
 SECTIONS: dict[str, type[Any]] = {
@@ -35,6 +36,7 @@ SECTIONS: dict[str, type[Any]] = {
     "d2d": D2D,
     "vehicle": Vehicle,
     "service": Service,
+    "wind": Wind,
     "fence": FenceOptions,
     "planner": PlannerOptions,
 }
@@ -54,7 +56,6 @@ NO_FLY_KEYS = (*AREA_KEYS, "file", "name")
 
 RESERVED = {
     "terrain": "terrain",
-    "wind": "wind",
 }
 """Tables that are set aside: known by name, not honoured."""
 

@@ -112,6 +112,14 @@ class Service:
 
 
 @dataclass(frozen=True, config=_CHECKED)
+class Wind:
+    """A steady wind to be planned for; ``from_deg`` None counts every leg against it."""
+
+    speed_m_s: Annotated[float, Field(ge=0, le=50)] = 0.0
+    from_deg: Annotated[float, Field(ge=0, le=360)] | None = None
+
+
+@dataclass(frozen=True, config=_CHECKED)
 class FenceOptions:
     """What goes with the areas of the fence: a height above home not to exceed, a distance to keep from borders."""
 

@@ -13,6 +13,7 @@ from mavplan.scenario.checks import (
     check_distances,
     check_planner,
     check_service,
+    check_wind,
     reach_of,
 )
 from mavplan.scenario.fence_checks import check_fence_places, check_heights
@@ -30,6 +31,7 @@ from mavplan.scenario.sections import (
     Radio,
     Service,
     Vehicle,
+    Wind,
 )
 from mavplan.scenario.users import FileUsers, read_users
 from mavplan.scenario.validate import sound_values
@@ -85,6 +87,8 @@ def load_scenario(path: Path | str) -> Scenario:
         check_altitude(sections.radio, sections.vehicle, str(path), report)
     if sections.sound("vehicle"):
         check_battery(sections.vehicle, str(path), report)
+    if sections.sound("vehicle", "wind"):
+        check_wind(sections.wind, sections.vehicle, str(path), report)
     if sections.sound("fence", "vehicle"):
         check_heights(things.rally, sections.fence, sections.vehicle, str(path), report)
     if sections.home is not None and things.sound and sections.sound("fence"):
@@ -128,6 +132,7 @@ def _scenario(
         vehicle=sections.vehicle,
         service=sections.service,
         planner=sections.planner,
+        wind=sections.wind,
         fence_options=sections.fence,
         fence=things.fence,
         no_fly=things.no_fly,
@@ -209,6 +214,7 @@ class _Sections:
     d2d: D2D
     vehicle: Vehicle
     service: Service
+    wind: Wind
     fence: FenceOptions
     planner: PlannerOptions
 

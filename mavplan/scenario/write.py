@@ -32,6 +32,7 @@ def scenario_toml(scenario: Scenario, users_file: str, remark: str) -> str:
         "d2d": scenario.d2d,
         "vehicle": scenario.vehicle,
         "service": scenario.service,
+        "wind": scenario.wind,
         "fence": scenario.fence_options,
         "planner": scenario.planner,
     }

@@ -192,11 +192,10 @@ def test_the_users_file_must_be_named_and_there(desk, line, words):
 
 
 def test_what_is_set_aside_for_later_is_a_warning_each_time(desk):
-    """Whoever gives a wind must not believe that it is planned for."""
-    scenario = desk.load(toml="[terrain]\n[wind]\nspeed_m_s=3\n")
+    """Whoever gives terrain must not believe that it is planned for."""
+    scenario = desk.load(toml="[terrain]\n")
     assert [problem.where.rpartition(", ")[2] for problem in scenario.warnings] == [
         "[terrain]",
-        "[wind]",
     ]
     assert all(problem.severity == "warning" for problem in scenario.warnings)
 
@@ -335,3 +334,10 @@ def test_the_arrays_have_the_types_that_planners_expect(desk):
     for array in (users.xy_m, users.lat_deg, users.lon_deg, users.demand_bit):
         assert array.dtype == np.float64
     assert users.mate.dtype == np.int64
+
+
+def test_a_wind_against_which_no_way_is_made_is_refused(desk):
+    code, text = desk.only_problem(OK, "[wind]\nspeed_m_s = 11.0\n")
+    assert code == "wind"
+    assert "ardupilot makes 11.8 m/s through the air" in text
+    assert desk.load(OK, "[wind]\nspeed_m_s = 6.0\nfrom_deg = 270.0\n").wind.from_deg == 270.0
