@@ -16,9 +16,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 
+from benchmarks.timing import show_table
 from benchmarks.transfer_cells import CELLS, Cell
 from benchmarks.transfer_judge import Result, run_case
-from mavplan.cli.console import progress, stdout
+from mavplan.cli.console import progress
 from mavplan.mission.model import Autopilot
 
 RUNS = 20_000
@@ -109,25 +110,22 @@ def rows_of(results: Iterable[tuple[Job, Result]]) -> dict[tuple[int, Autopilot]
 
 def show(rows: Iterable[Row]) -> None:
     """Print the table."""
-    from rich.box import MARKDOWN
-    from rich.table import Table
-
-    table = Table(box=MARKDOWN)
-    table.add_column("fault")
-    table.add_column("firmware")
-    for name in ("runs", *OUTCOMES, "wrong", "p50 s", "p99 s", "worst s"):
-        table.add_column(name, justify="right")
-    for row in rows:
-        times = [row.quantile_s(0.5), row.quantile_s(0.99), row.worst_s]
-        table.add_row(
-            row.cell.name,
-            row.firmware,
-            str(row.runs),
-            *(str(row.outcomes[name]) for name in OUTCOMES),
-            str(row.wrong),
-            *("–" if seconds is None else f"{seconds:.1f}" for seconds in times),
-        )
-    stdout().print(table)
+    show_table(
+        ("fault", "firmware", "runs", *OUTCOMES, "wrong", "p50 s", "p99 s", "worst s"),
+        (
+            (
+                *(row.cell.name, row.firmware, str(row.runs)),
+                *(str(row.outcomes[name]) for name in OUTCOMES),
+                str(row.wrong),
+                *(
+                    "–" if seconds is None else f"{seconds:.1f}"
+                    for seconds in (row.quantile_s(0.5), row.quantile_s(0.99), row.worst_s)
+                ),
+            )
+            for row in rows
+        ),
+        words=2,
+    )
 
 
 def main(argv: Sequence[str] | None = None) -> int:

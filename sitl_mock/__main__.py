@@ -175,13 +175,15 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: list[str] | None = None) -> int:
+def main(argv: list[str] | None = None, watch: Callable[[Vehicle], Vehicle] = lambda vehicle: vehicle) -> int:
     """Run the mock until it is told to stop; return the exit code.
 
     Parameters
     ----------
     argv
         Arguments without the program's name; by default those of this process.
+    watch
+        Given the vehicle, returns what is put in its place: the same with somebody looking on.
     """
     try:
         arguments = _parser().parse_args(argv)
@@ -211,7 +213,7 @@ def main(argv: list[str] | None = None) -> int:
     vehicle: Vehicle = FaultyNetwork(autopilot, faults, arguments.seed) if faults.on_the_way else autopilot
     connections: Sequence[Connection] = arguments.conn or [parse_connection(DEFAULT_CONNECTION)]
     try:
-        endpoint = Endpoint(vehicle, connections, arguments.speed)
+        endpoint = Endpoint(watch(vehicle), connections, arguments.speed)
     except EndpointError as wrong:
         print(f"sitl_mock: {wrong}", file=sys.stderr)
         return 2

@@ -298,6 +298,7 @@ def _step(
             if station is not None:
                 station.feed(message)
         session.receive(message, now)
+    _send(session, connection, codec, station)  # an answer waits for nothing else that is due
 
 
 def _tell(session: Session, progress: ProgressCallback | None) -> None:

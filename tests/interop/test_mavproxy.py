@@ -1,17 +1,11 @@
 """MAVProxy as a foreign ground station: ``wp load`` and ``wp list`` against the mock, with both firmwares."""
 
-import subprocess
-import time
 from pathlib import Path
 
 import pytest
 
+from tests.interop.mavproxy import MAVPROXY, MavProxy
 from tests.sitl_mock.process import mock, port_of
-
-PROJECT = Path(__file__).resolve().parents[2]
-ENVIRONMENT = PROJECT / ".venv-mavproxy"
-MAVPROXY = ENVIRONMENT / "bin/mavproxy.py"
-WAIT_S = 30.0
 
 pytestmark = pytest.mark.skipif(
     not MAVPROXY.is_file(), reason="no .venv-mavproxy: scripts/mavproxy-env.sh makes it"
@@ -32,50 +26,6 @@ WAYPOINTS = {
         "3 0 2 20 0 0 0 0 0 0 0 1",
     ],
 }
-
-
-class MavProxy:
-    """MAVProxy with its standard input and what it has printed."""
-
-    def __init__(self, master: str, folder: Path) -> None:
-        self.log = folder / "mavproxy.txt"
-        command = [str(ENVIRONMENT / "bin/python"), str(MAVPROXY), f"--master={master}", "--no-state"]
-        self._out = self.log.open("wb")
-        self.process = subprocess.Popen(
-            [*command, "--default-modules=wp,cmdlong,misc"],
-            cwd=folder,
-            stdin=subprocess.PIPE,
-            stdout=self._out,
-            stderr=subprocess.STDOUT,
-        )
-
-    def type(self, line: str) -> None:
-        assert self.process.stdin is not None
-        self.process.stdin.write(f"{line}\n".encode())
-        self.process.stdin.flush()
-
-    def wait_for(self, text: str) -> str:
-        """Return all that was printed once `text` is in it; its exit code says nothing, so the output must."""
-        until = time.monotonic() + WAIT_S
-        while time.monotonic() < until:
-            printed = self.log.read_text(errors="replace")
-            if text in printed:
-                return printed
-            time.sleep(0.1)
-        raise AssertionError(
-            f"MAVProxy did not print {text!r} within {WAIT_S} s:\n{self.log.read_text(errors='replace')}"
-        )
-
-    def close(self) -> None:
-        assert self.process.stdin is not None
-        self.process.stdin.close()
-        self.process.terminate()
-        try:
-            self.process.wait(10)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-        self._out.close()
 
 
 @pytest.mark.parametrize("transport", ["udp", "tcp"])

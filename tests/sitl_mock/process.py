@@ -9,9 +9,11 @@ WAIT_S = 10.0
 
 
 @contextlib.contextmanager
-def mock(*arguments: str, lines: int = 1) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
+def mock(
+    *arguments: str, lines: int = 1, module: str = "sitl_mock"
+) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
     """A running mock and what it printed of its ends; ended by SIGTERM, which must give exit code 0."""
-    command = [sys.executable, "-m", "sitl_mock", *arguments]
+    command = [sys.executable, "-m", module, *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:
