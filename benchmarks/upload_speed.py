@@ -3,7 +3,8 @@
 mavplan, MAVSDK and MAVProxy upload the same seeded mission to the same mock process over UDP, in turn. The mock holds
 the stopwatch (`watched_mock`), and what it then holds must be the mission. Ends with 1 where an upload fails or we take
 longer than wanted: with the autopilots' measured pace 1.2 times the faster of the other two; with 50 ms of delay each
-way 1.1 times a round trip for each item and two more.
+way 1.1 times a round trip for each item and two more. What counts of several runs is the least time, as whatever else
+the machine does is in the others; the median is shown beside it.
 """
 
 import argparse
@@ -58,9 +59,14 @@ class Cell:
     @property
     def title(self) -> str:
         """Return it in words."""
-        how = "at its pace" if self.paced else "as fast as it can"
+        return f"{self.vehicle}, {self.items} items"
+
+    @property
+    def vehicle(self) -> str:
+        """Return its vehicle in words."""
+        how = "at its pace" if self.paced else "at once"
         away = f", {self.delay_s * 1000:g} ms away" if self.delay_s else ""
-        return f"{FIRMWARES[self.firmware].title} {how}{away}, {self.items} items"
+        return f"{FIRMWARES[self.firmware].title} {how}{away}"
 
     @property
     def least_s(self) -> float:
@@ -94,28 +100,40 @@ CELLS = [
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What was measured of a cell: the median of each client."""
+    """What was measured of a cell: the seconds of each client's uploads."""
 
     cell: Cell
-    medians_s: dict[str, float]
+    took_s: dict[str, list[float]]
+
+    @property
+    def ours_s(self) -> float:
+        """How long we take."""
+        return min(self.took_s[OURS])
 
     @property
     def most_s(self) -> float | None:
         """How long we may take."""
-        return self.cell.most_s([seconds for name, seconds in self.medians_s.items() if name != OURS])
+        return self.cell.most_s([min(times) for name, times in self.took_s.items() if name != OURS])
 
     @property
     def too_slow(self) -> bool:
         """Whether we take longer than that."""
-        return self.most_s is not None and self.medians_s[OURS] > self.most_s
+        return self.most_s is not None and self.ours_s > self.most_s
 
     def texts(self) -> list[str]:
         """Return it as a row of the table."""
-        numbers = [*(self.medians_s.get(name) for name in CLIENTS), self.most_s, self.cell.least_s]
-        return [self.cell.title, *("–" if number is None else f"{number:.3f}" for number in numbers)]
+        most = "–" if self.most_s is None else f"{self.most_s:.3f}"
+        clients = [_least_and_median(self.took_s.get(name, [])) for name in CLIENTS]
+        return [self.cell.vehicle, str(self.cell.items), *clients, most, f"{self.cell.least_s:.3f}"]
 
 
-COLUMNS = ("vehicle", *(f"{name} s" for name in CLIENTS), "wanted s", "vehicle and way s")
+def _least_and_median(times: Sequence[float]) -> str:
+    if len(times) < 2:
+        return f"{times[0]:.3f}" if times else "–"
+    return f"{min(times):.3f} ({statistics.median(times):.3f})"
+
+
+COLUMNS = ("vehicle", "items", *(f"{name} s" for name in CLIENTS), "wanted s", "floor s")
 
 
 class Stopwatch:
@@ -191,14 +209,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.upload_speed", description=__doc__)
     parser.add_argument("--runs", type=int, help="uploads of each client (default: 1 to 15, by their length)")
     parser.add_argument("--seed", type=int, default=0, help="of the missions")
-    parser.add_argument("--only", default="", metavar="TEXT", help="only vehicles with this in their words")
+    parser.add_argument(
+        "--only",
+        default="",
+        metavar="TEXT",
+        help="only where this is in the words, as in 'PX4 at its pace, 500 items'",
+    )
     arguments = parser.parse_args(argv)
     if arguments.runs is not None and arguments.runs < 1:
         parser.error("--runs must be at least 1")
     cells = [cell for cell in CELLS if arguments.only in cell.title]
     if not cells:
         parser.error(
-            f"no vehicle has {arguments.only!r} in its words: {'; '.join(cell.title for cell in CELLS)}"
+            f"nothing has {arguments.only!r} in its words: {'; '.join(cell.title for cell in CELLS)}"
         )
     for name in CLIENTS:
         if why := missing(name):
@@ -206,14 +229,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     rows, faults = [], []
     for cell in cells:
         try:
-            took_s = measure(cell, arguments.seed, arguments.runs)
+            row = Row(cell, measure(cell, arguments.seed, arguments.runs))
         except UploadFailedError as error:
             faults.append(f"FAILED: {cell.title}: {error}")
             continue
-        row = Row(cell, {name: statistics.median(times) for name, times in took_s.items()})
         rows.append(row)
         if row.too_slow:
-            faults.append(f"TOO SLOW: {cell.title}: {row.medians_s[OURS]:.3f} s, wanted {row.most_s:.3f} s")
+            faults.append(f"TOO SLOW: {cell.title}: {row.ours_s:.3f} s, wanted {row.most_s:.3f} s")
     show_table(COLUMNS, [row.texts() for row in rows])
     for fault in faults:
         print(fault)

@@ -80,9 +80,9 @@ def test_what_is_wanted_is_a_ratio_to_the_fastest_other_or_to_the_round_trips():
     assert Cell("px4", 50).most_s([]) is None
     assert Cell("px4", 50, paced=False).most_s([0.5, 0.4]) is None
     assert Cell("px4", 50, delay_s=0.05).most_s([0.5, 0.4]) == pytest.approx(1.1 * 52 * 0.1)
-    assert not Row(Cell("px4", 50), {"mavplan": 0.47, "MAVSDK": 0.4}).too_slow
-    assert Row(Cell("px4", 50), {"mavplan": 0.49, "MAVSDK": 0.4, "MAVProxy": 0.6}).too_slow
-    assert not Row(Cell("px4", 50), {"mavplan": 0.49}).too_slow
+    assert not Row(Cell("px4", 50), {"mavplan": [0.47, 9.0], "MAVSDK": [0.5, 0.4]}).too_slow
+    assert Row(Cell("px4", 50), {"mavplan": [0.49], "MAVSDK": [0.4], "MAVProxy": [0.6, 0.5]}).too_slow
+    assert not Row(Cell("px4", 50), {"mavplan": [0.49]}).too_slow
 
 
 def test_every_firmware_and_size_is_measured_with_and_without_a_pace_and_from_afar():
@@ -95,7 +95,7 @@ def test_the_command_prints_a_table_and_ends_with_1_where_something_is_wrong(mon
     only = ["--only", "PX4 at its pace, 500"]
     monkeypatch.setattr(upload_speed, "measure", lambda *_: {"mavplan": [0.3, 0.4, 9.0], "MAVSDK": [0.35]})
     assert main(only) == 0
-    assert "| PX4 at its pace, 500 items |     0.400 |    0.350 |" in capsys.readouterr().out
+    assert "| PX4 at its pace |   500 | 0.300 (0.400) |    0.350 |" in capsys.readouterr().out
     monkeypatch.setattr(upload_speed, "measure", lambda *_: {"mavplan": [0.5], "MAVSDK": [0.35]})
     assert main(only) == 1
     assert "TOO SLOW: PX4 at its pace, 500 items: 0.500 s, wanted 0.420 s" in capsys.readouterr().out
