@@ -122,9 +122,9 @@ class Row:
 
     def texts(self) -> list[str]:
         """Return it as a row of the table."""
-        most = "–" if self.most_s is None else f"{self.most_s:.3f}"
         clients = [_least_and_median(self.took_s.get(name, [])) for name in CLIENTS]
-        return [self.cell.vehicle, str(self.cell.items), *clients, most, f"{self.cell.least_s:.3f}"]
+        limits = [f"{seconds:.3f}" if seconds else "–" for seconds in (self.most_s, self.cell.least_s)]
+        return [self.cell.vehicle, str(self.cell.items), *clients, *limits]
 
 
 def _least_and_median(times: Sequence[float]) -> str:
