@@ -96,7 +96,8 @@ def _users(plan: Plan) -> list[dict[str, Any]]:
 
 def document(plan: Plan) -> dict[str, Any]:
     """Return what ``X.mavplan.json`` holds; item indices count from 0 over the items without home."""
-    names = plan.scenario.users.names
+    names, bound = plan.scenario.users.names, plan.trajectory.bound
+    certificate = None if bound is None or bound.certificate is None else bound.certificate()
     return {
         "format": "mavplan",
         "version": VERSION,
@@ -116,6 +117,7 @@ def document(plan: Plan) -> dict[str, Any]:
         ],
         "scenario": sections(plan.scenario),
         "scenario_sha256": fingerprint(plan.scenario),
+        **({} if certificate is None else {"certificate": certificate}),
     }
 
 

@@ -113,6 +113,15 @@ class FileForecast:
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
+class FileBound:
+    """What no plan is below, as the planner found it."""
+
+    objective: Literal["path_m", "tour_m", "mission_s"]
+    plan: Annotated[float, Field(ge=0)]
+    bound: Annotated[float, Field(ge=0)]
+
+
+@checked_dataclass(frozen=True, config=_CHECKED)
 class PlanFile:
     """What is read of a plan."""
 
@@ -127,6 +136,8 @@ class PlanFile:
     schedule: list[FileSlot]
     scenario: FileScenario
     forecast: FileForecast = field(default_factory=FileForecast)
+    bound: FileBound | None = None
+    certificate: Any = None
 
 
 _ADAPTER = TypeAdapter(PlanFile)

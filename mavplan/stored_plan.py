@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mavplan.bounds import Bound
 from mavplan.formats.beside import plan_path
 from mavplan.hover import Slot
 from mavplan.mission.build import StopItems
@@ -75,6 +76,10 @@ class StoredPlan:
         M seconds from the start of the mission until each hold begins; empty where the file does not say.
     items
         Number of items of the mission, without home; 0 where the file does not say.
+    bound
+        What no plan is below; None where the planner proves nothing.
+    certificate
+        Its proof as the file has it, unchecked (`mavplan.bounds.stored`); None where there is none.
     vehicle
         Which vehicle was last seen to hold it (`mavplan.formats.beside.remember_vehicle`); empty if none.
     """
@@ -93,6 +98,8 @@ class StoredPlan:
     mission_s: float
     arrivals_s: tuple[float, ...] = ()
     items: int = 0
+    bound: Bound | None = None
+    certificate: Any = None
     vehicle: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -170,6 +177,8 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         mission_s=file.mission_s,
         arrivals_s=tuple(file.forecast.arrivals_s),
         items=len(file.forecast.items),
+        bound=None if file.bound is None else Bound(file.bound.objective, file.bound.plan, file.bound.bound),
+        certificate=file.certificate,
         vehicle=vehicle,
     )
 

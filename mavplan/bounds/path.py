@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 UNPAIRED = -1
+KIND = "path"
+MOST_DIGITS = 12
 REACH_TOLERANCE_M = 1e-6
 """A user this far beyond R counts as reached, in plans and so in proofs."""
 
@@ -146,17 +148,19 @@ def _leaf_m(leaf: Leaf, returns: bool, users_xy_m: Floats, radius_m: float) -> f
 
 
 def to_json(certificate: PathCertificate) -> dict[str, Any]:
-    """Return the certificate as an object for JSON.
+    """Return the certificate as an object for JSON, a line of text for each branch and leaf.
 
-    Vectors are whole numbers, to be divided by 10 to the power of the number before them.
+    Branches are ``sequence|user|children``; leaves are ``sequence|digits|vectors``, the vectors' x and y as whole
+    numbers, to be divided by 10 to the power of the digits.
     """
     return {
-        "kind": "path",
+        "kind": KIND,
         "returns": certificate.returns,
         "branches": [
-            [list(found.sequence), found.user, list(found.children)] for found in certificate.branches
+            f"{_line(branch.sequence)}|{branch.user}|{_line(branch.children)}"
+            for branch in certificate.branches
         ],
-        "leaves": [[list(leaf.sequence), *_whole(leaf.duals)] for leaf in certificate.leaves],
+        "leaves": [f"{_line(leaf.sequence)}|{_decimals(leaf.duals)}" for leaf in certificate.leaves],
     }
 
 
@@ -169,40 +173,40 @@ def from_json(content: Any) -> PathCertificate:
         It is none.
     """
     try:
-        if content["kind"] != "path":
+        if content["kind"] != KIND:
             raise CertificateError(f"a certificate of kind {content['kind']!r} is not known here")
-        branches = tuple(
-            Branch(tuple(map(_index, sequence)), _index(user), tuple(map(_index, children)))
-            for sequence, user, children in content["branches"]
-        )
-        leaves = tuple(
-            Leaf(
-                tuple(map(_index, sequence)),
-                np.array(whole, dtype=np.float64).reshape(-1, 2) / 10.0 ** _index(digits),
-            )
-            for sequence, digits, whole in content["leaves"]
-        )
-        return PathCertificate(bool(content["returns"]), branches, leaves)
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        branches = tuple(_branch(*line.split("|")) for line in content["branches"])
+        leaves = tuple(_leaf(*line.split("|")) for line in content["leaves"])
+        return PathCertificate(content["returns"] is True, branches, leaves)
+    except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise CertificateError(f"not a certificate of a path: {error}") from error
 
 
-MOST_DIGITS = 12
+def _branch(sequence: str, user: str, children: str) -> Branch:
+    return Branch(_numbers(sequence), int(user), _numbers(children))
 
 
-def _whole(duals: Floats) -> tuple[int, list[int]]:
+def _leaf(sequence: str, digits: str, vectors: str) -> Leaf:
+    decimals = int(digits)
+    if not 0 <= decimals <= MOST_DIGITS:
+        raise ValueError(f"{decimals} digits of a leaf")
+    return Leaf(
+        _numbers(sequence), np.array(_numbers(vectors), dtype=np.float64).reshape(-1, 2) / 10.0**decimals
+    )
+
+
+def _numbers(line: str) -> tuple[int, ...]:
+    return tuple(int(word) for word in line.split())
+
+
+def _line(numbers: Iterable[int]) -> str:
+    return " ".join(map(str, numbers))
+
+
+def _decimals(duals: Floats) -> str:
     """Return the number of decimals that vectors have, and them as whole numbers."""
-    for digits in range(MOST_DIGITS):
+    for digits in range(MOST_DIGITS + 1):
         whole = np.rint(duals * 10.0**digits)
-        if (whole / 10.0**digits == duals).all():
+        if digits == MOST_DIGITS or (whole / 10.0**digits == duals).all():
             break
-    else:
-        digits, whole = MOST_DIGITS, np.rint(duals * 10.0**MOST_DIGITS)
-    return digits, [int(value) for value in whole.ravel()]
-
-
-def _index(value: Any) -> int:
-    """Return a whole number as it stands in JSON."""
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise TypeError(f"{value!r} is no whole number")
-    return value
+    return f"{digits}|{_line(int(value) for value in whole.ravel())}"

@@ -1,5 +1,6 @@
 """The files that a plan is written to, by their suffix; all are prepared before any is replaced."""
 
+import functools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -45,12 +46,13 @@ def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[P
     """
     contents: dict[Path, str | bytes] = {}
     warnings: list[Problem] = []
+    plan_text = functools.cache(lambda: dumps(plan))  # a proof in it takes a while
     for path in paths:
         if path.suffix.lower() in PICTURES:
             contents[path] = draw_plan(plan, path)
             continue
         if path.suffix.lower() in MAPS:
-            stored = parse_plan(dumps(plan), str(path))
+            stored = parse_plan(plan_text(), str(path))
             contents[path] = MAPS[path.suffix.lower()](plan_map(plan.built.mission, stored, path.stem))
             continue
         mission_format = format_of(path)
@@ -59,6 +61,6 @@ def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[P
             Problem(str(path), problem.message, problem.code, problem.severity)
             for problem in mission_format.warnings(plan.built.mission)
         ]
-        contents.setdefault(plan_path(path), dumps(plan))
+        contents.setdefault(plan_path(path), plan_text())
     write_all(contents.items())
     return list(contents), warnings

@@ -5,13 +5,19 @@ traveling salesman problem: a discussion of several heuristics", in: Perspective
 doi 10.1007/978-0-387-39934-8_16. Solved to proof by branch and bound, see `path_search`.
 """
 
+import math
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 from mavplan.bounds import Bound
+from mavplan.bounds.path import proved_length_m, to_json
 from mavplan.errors import Problem
 from mavplan.planners.limits import Limits
 from mavplan.planners.ordering import ORIGIN_M, from_origin, path_length_m
 from mavplan.planners.path_bound import PathBound, shortest_path
+from mavplan.planners.path_certificate import path_certificate
 from mavplan.planners.path_problem import path_problem
 from mavplan.planners.path_stops import stops_on_path
 from mavplan.planners.setting import Setting
@@ -30,7 +36,12 @@ def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     stops = stops_on_path(users, channel, problem.path_m(found.path.points_m))
     path = from_origin(stops)
     way_m = path_length_m(np.vstack([path, ORIGIN_M]) if setting.returns else path)
-    bound = Bound("tour_m" if setting.returns else "path_m", way_m, min(found.bound_m, way_m))
+    bound = Bound(
+        objective="tour_m" if setting.returns else "path_m",
+        plan=way_m,
+        bound=min(found.bound_m, way_m),
+        certificate=partial(_certificate, found, users, channel.radius_m),
+    )
     return Trajectory(
         planner="length",
         clusters=0,
@@ -42,6 +53,13 @@ def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
         notes=_notes(found, setting.limits),
         bound=bound,
     )
+
+
+def _certificate(found: PathBound, users: Users, radius_m: float) -> dict[str, Any]:
+    """Return the proof for the plan's file, with what it proves: where it would be too long, less than is known."""
+    certificate = path_certificate(found, users.xy_m, users.mate)
+    proved_m = proved_length_m(certificate, users.xy_m, users.mate, radius_m)
+    return {**to_json(certificate), "bound": math.floor(proved_m * 1e3) / 1e3}
 
 
 def _notes(found: PathBound, limits: Limits) -> tuple[Problem, ...]:
