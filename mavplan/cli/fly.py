@@ -119,7 +119,7 @@ def fly_command(
     _check_usage(upload, watch, record_file, no_record)
     flight = read_flight(file, autopilot, timeout_s)  # type: ignore[arg-type]
     if not watch:
-        _check_that_somebody_says_yes(flight.route, yes, is_terminal(sys.stdin))
+        _check_that_somebody_says_yes(flight.route, yes, is_terminal(sys.stdin) and is_terminal(sys.stderr))
     say_problems(flight.warnings)
     setup = Setup(
         upload=upload,
@@ -173,7 +173,7 @@ def _check_that_somebody_says_yes(route: "Route", yes: int, person: bool) -> Non
     Raises
     ------
     InputError
-        Standard input is no terminal, and not enough was said beforehand.
+        There is no terminal to ask and to be answered at, and not enough was said beforehand.
     """
     wanted = 1 if route.comes_home else 2
     if person or yes >= wanted:

@@ -47,8 +47,8 @@ class FlyConsole:
         """It was ended by the person, or by a signal."""
         self._yes = yes
         self._answers = Answers()
-        self._person = is_terminal(sys.stdin)
         self._terminal = is_terminal(sys.stderr)
+        self._person = self._terminal and is_terminal(sys.stdin)
         self._asking: list[str] | None = None
         """Questions of the start that are not answered yet; None: not asked."""
         self._asking_what_now = False

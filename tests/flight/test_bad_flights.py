@@ -150,7 +150,7 @@ def reached_the_return(case: Case, flown: Flown) -> bool:
 
 @BOTH
 @pytest.mark.parametrize(
-    ("faults", "seed"), [("drop=0.3", 1), ("dup=1,reorder=0.3", 2), ("delay=400ms,jitter=300ms,drop=0.1", 3)]
+    ("faults", "seed"), [("drop=0.3", 1), ("dup=1,reorder=0.3,delay=400ms,jitter=300ms,drop=0.1", 2)]
 )
 def test_a_bad_link_only_makes_it_harder_to_see(firmware, faults, seed):
     flown = run(Case(firmware, faults, seed))
@@ -325,7 +325,7 @@ def random_case(chance: random.Random) -> Case:
     return Case(firmware, text.lstrip(","), chance.randrange(10**6), Air(silent, acks, foreign), order)
 
 
-@pytest.mark.parametrize("part", range(3))
+@pytest.mark.parametrize("part", range(2))
 def test_no_outcome_is_untrue_and_nothing_is_sent_unasked_whatever_goes_wrong(part):
     chance = random.Random(part)
     for _ in range(2):
