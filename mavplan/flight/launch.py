@@ -12,13 +12,12 @@ What holds whatever the link does:
 
 import math
 
-from pymavlink.dialects.v20 import common
-
 from mavplan.errors import MavplanError, RefusedError
 from mavplan.flight.command import CommandCall, CommandLong, CommandResult, command_result_words
 from mavplan.flight.manners import ARM, START, FlightManners, set_mode
 from mavplan.flight.phases import Move, Phase
 from mavplan.flight.preflight import is_arming_text
+from mavplan.flight.rewind import Rewind
 from mavplan.flight.telemetry import Telemetry
 from mavplan.link.modes import CUSTOM_MODE, mode_name
 from mavplan.link.protocol import Address, Message
@@ -31,8 +30,6 @@ GAP_S = 8.0
 """After a silence of so long nothing is repeated. An armed vehicle that stays on the ground disarms after 10 s."""
 REFUSED_AGAIN_S = 2.0
 """Pause after a refusal, before it is asked for again."""
-REWIND_S = 15.0
-REWIND_AGAIN_S = 1.0
 SWITCH_S = 20.0
 ARM_S = 90.0
 """ArduPilot needs 42 s from power-up until it lets itself be armed."""
@@ -94,17 +91,17 @@ class Launch:
         self._arm_s = arm_s
         self._mode_before = telemetry.mode_now
         self._since = now
-        self._deadline = now + REWIND_S
-        self._ask_at = now
+        self._deadline = math.inf
         self._call: CommandCall | None = None
         self._refusals: list[str] = []
         self._retry_at = -math.inf
         self._given_up_at: float | None = None
         self._heard_at = now
         self._gap = False
-        self._rewound_from: int | None = None
+        self._rewinding = Rewind(manners, telemetry, pace, now)
         self._broken_off = ""
         self._armed_by_answer = False
+        self._was_armed = False
         self._quiet_at = -math.inf
         self._outbox: list[Message] = []
         self._at = now
@@ -150,26 +147,16 @@ class Launch:
         """Set the mission to its first item, where it is not."""
         if stopped := self._stopped_before_arming(now):
             return stopped
-        mission = self._telemetry.mission
-        if mission is not None and mission.at >= self._since and mission.seq in self._manners.start_seqs:
-            if self._rewound_from is not None:
-                first = self._manners.first_seq
-                self.words.append(f"the mission stood at item {self._rewound_from}: set back to item {first}")
+        rewind = self._rewinding
+        if rewind.done:
+            self.words += [rewind.words] if rewind.words else []
             return self._begin(now)
-        told = mission is not None and mission.at >= self._since and mission.seq is not None
-        if now >= self._deadline:
-            where = "does not tell at which item it would start"
-            if mission is not None and told:
-                where = f"would start at item {mission.seq} and does not let itself be set to the first"
-            return self._refuse(f"{self._rules.title} {where}")
-        if mission is not None and told and now >= self._ask_at and self._is_heard(now):
-            self._ask_at = now + max(REWIND_AGAIN_S, 2 * self._pace.repeat_s)
-            self._rewound_from = mission.seq if self._rewound_from is None else self._rewound_from
-            to_first: Message = common.MAVLink_mission_set_current_message(
-                self._vehicle.system, self._vehicle.component, self._manners.first_seq
-            )
-            self._outbox.append(to_first)
-            self._quiet_at = now + QUIET_S
+        if why := rewind.failure(now):
+            return self._refuse(f"{self._rules.title} {why}")
+        if self._is_heard(now):
+            rewind.tick(now)
+            self._outbox += rewind.to_send()
+            self._quiet_at = rewind.sent_at + QUIET_S
         return None
 
     def _begin(self, now: float) -> Move:
@@ -309,14 +296,23 @@ class Launch:
         return self.arming_sent and self._telemetry.armed_now
 
     def _fell_back(self, now: float) -> str:
-        """Return that it is not armed although it should be by now, or nothing."""
-        call, heard_at = self._called(), self._telemetry.beat_at
-        if self._telemetry.armed_now or not self._is_heard(now):
+        """Return that it is armed and does not fly its mission, or is not armed (any more), or nothing."""
+        call, telemetry, manners = self._called(), self._telemetry, self._manners
+        if not self._is_heard(now):
             return ""
-        if not self._manners.arms_itself and heard_at >= self._since + self._look_s:
-            return "it was disarmed before the mission was started"
-        accepted = call.accepted and call.sent_at is not None and heard_at >= call.sent_at + ACCEPTED_S
-        return "it accepted the start and is not armed" if accepted else ""
+        sent_at = call.sent_at
+        seen_since = sent_at is not None and telemetry.beat_at > sent_at
+        late = sent_at is not None and telemetry.beat_at >= sent_at + ACCEPTED_S
+        if telemetry.armed_now:
+            self._was_armed = self._was_armed or seen_since
+            elsewhere = f"it is armed and does not fly its mission, in {self._mode(telemetry.mode_now)}"
+            return elsewhere if late and manners.arms_itself else ""
+        if not manners.arms_itself:
+            shown = telemetry.beat_at >= self._since + self._look_s
+            return "it was disarmed before the mission was started" if shown else ""
+        if self._was_armed:
+            return "it was armed and is not any more"
+        return "it accepted the start and is not armed" if call.accepted and late else ""
 
     def _taken_over(self, own_modes: "set[int | None]") -> str:
         """Return that somebody else has chosen a mode, or nothing."""

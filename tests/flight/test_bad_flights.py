@@ -127,7 +127,8 @@ def said_wrongly(case: Case, flown: Flown) -> list[str]:
         if last.mode not in own and not case.disturbed:
             wrong.append(f"called flown, but the last mode was {last.mode}")
     elif isinstance(error, RefusedError | NoLinkError):
-        if (flew or last.armed) and "somebody else has armed it" not in str(error):
+        by_others = "somebody else has armed it" in str(error) or "is armed already" in str(error)
+        if (flew or last.armed) and not by_others:
             wrong.append(f"said not to have been started, but {last}")
     elif isinstance(error, CheckError):
         if not case.disturbed:

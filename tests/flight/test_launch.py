@@ -240,6 +240,27 @@ def test_a_px4_that_accepts_and_is_not_armed_is_not_known_to_be_safe():
     assert script.doings == ["START 0"]
 
 
+def test_a_px4_that_was_armed_by_the_start_and_is_not_any_more_is_not_started_again():
+    """Another station has put it on hold on the ground, where it disarms by itself; the answer was lost."""
+    script = approved("px4")
+    sent_at = script.now
+    beats(script, "px4", PX4_HOLD, sent_at + 4.0, armed=True)
+    beats(script, "px4", PX4_HOLD, sent_at + 40.0)
+    assert script.doings == ["START 0"]
+    assert isinstance(script.session.error, RefusedError)
+    assert "it was armed and is not any more" in str(script.session.error)
+
+
+def test_a_px4_that_stays_armed_without_flying_its_mission_is_watched_and_not_started_again():
+    script = approved("px4")
+    beats(script, "px4", PX4_HOLD, script.now + 20.0, armed=True)
+    assert script.session.phase is Phase.FLYING
+    assert script.doings == ["START 0"]
+    assert script.told("start") == [
+        "it is armed and does not fly its mission, in HOLD: what becomes of it is watched"
+    ]
+
+
 # -- somebody else ----------------------------------------------------------------------------------------------
 
 
