@@ -247,6 +247,7 @@ class FlightSession(Session):
         if self._streams is not None and reboots != self._reboots_seen:
             self._reboots_seen = reboots
             self._streams.forget()
+            self.break_off("the autopilot has restarted")
         if self.phase in {Phase.STARTING, Phase.FLYING}:
             self._on_flight_message(message, now)
 

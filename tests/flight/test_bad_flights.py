@@ -18,7 +18,7 @@ from mavplan.flight.launch import Launch
 from mavplan.flight.manners import ARM, FLIGHT_MANNERS, START, set_mode
 from mavplan.flight.orders import Order
 from sitl_mock.flight.pilot import Setting
-from tests.flight.harness import Air, Flown, fly, make_fly_session, say_yes
+from tests.flight.harness import Air, Flown, Truth, fly, make_fly_session, say_yes
 from tests.flight.script import Sent
 from tests.link.harness import make_mission, make_network
 from tests.link.script import VEHICLE
@@ -102,14 +102,23 @@ def sent_wrongly(case: Case, flown: Flown) -> list[str]:
         wrong.append(f"the mission was changed after the start: {late}")
     if case.firmware == "px4" and any(sent.words.startswith("ARM") for sent in acting):
         wrong.append("PX4 was armed by itself")
-    manners = FLIGHT_MANNERS[case.firmware]
-    flying_since = next(
-        (t.at for t in flown.truth if t.armed and t.mode == manners.mission_mode), float("inf")
-    )
     # The heartbeat that shows it comes a second later at the latest, if it comes; five in a row are rarely lost.
-    if again := [s.words for s in acting if s.words.startswith("START") and s.at > flying_since + 8.0]:
+    starts = [sent for sent in acting if sent.words.startswith("START")]
+    if again := [
+        s.words for s in starts if all(in_mission(case, t) for t in within(flown, s.at - 8.0, s.at))
+    ]:
         wrong.append(f"started again in flight: {again}")
     return wrong
+
+
+def in_mission(case: Case, truth: Truth) -> bool:
+    return truth.armed and truth.mode == FLIGHT_MANNERS[case.firmware].mission_mode
+
+
+def within(flown: Flown, begin: float, end: float) -> list[Truth]:
+    """All that was true between two times."""
+    before = [truth for truth in flown.truth if truth.at <= begin]
+    return [*(before[-1:] or flown.truth[:1]), *(t for t in flown.truth if begin < t.at < end)]
 
 
 def said_wrongly(case: Case, flown: Flown) -> list[str]:

@@ -302,6 +302,20 @@ def test_a_vehicle_that_somebody_arms_after_the_yes_is_left_alone(firmware):
 
 
 @BOTH
+def test_an_autopilot_that_restarts_in_the_start_is_not_started_any_more(firmware):
+    script = approved(firmware)
+    sent = list(script.doings)
+    script.hear_at(script.now + 1.0, position(HOME, boot_s=50.0))
+    script.hear_at(script.now + 1.0, position(HOME, boot_s=0.5))
+    for _ in range(30):
+        script.hear(current(0, 2))
+        beats(script, firmware, BEFORE[firmware], script.now + 1.0)
+    assert isinstance(script.session.error, RefusedError)
+    assert "the autopilot has restarted" in str(script.session.error)
+    assert script.doings == sent
+
+
+@BOTH
 def test_an_interrupted_start_sends_nothing_more(firmware):
     script = begin(make_mission(firmware, 2))
     on_the_ground(script, firmware, BEFORE[firmware], until=6.0)
