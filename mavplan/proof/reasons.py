@@ -84,7 +84,9 @@ def _clause(stop: int, flown: FlownStop) -> str:
     found = []
     if flown.held_s < flown.planned_s - SHORTER_S:
         found.append(f"held {flown.held_s:,.1f} of {flown.planned_s:,.1f} s")
-    if flown.away_m > AWAY_M:
+    if flown.most_away_m > 2 * flown.away_m + AWAY_M:
+        found.append(f"pushed up to {flown.most_away_m:,.0f} m from its place")
+    elif flown.away_m > AWAY_M:
         found.append(f"held {flown.away_m:,.0f} m from its place")
     if flown.higher_m is not None and abs(flown.higher_m) > LOWER_M:
         side = "above" if flown.higher_m > 0 else "below"

@@ -15,7 +15,10 @@ LONG_S = 3.0
 """A hover at least so long, away from home and from every stop, is a stop of another mission."""
 
 ODD_M = 30.0
-"""A stop that was held further from its place is odd: wind, or another plan."""
+"""A stop at whose hold the vehicle was further from its place is odd: wind, or another plan."""
+
+MOST_NAMED = 8
+"""Stops that one sentence names."""
 
 
 def recognise(
@@ -102,11 +105,15 @@ def _odd(plan: StoredPlan, track: Track, stops: Sequence[FlownStop]) -> Iterator
     if track.autopilot is None and track.reached:
         message = "does not say which autopilot flew it: items are counted as the plan's would"
         yield Problem(track.label, message, "unknown-autopilot", "warning")
-    odd = [number for number, stop in enumerate(stops, start=1) if stop.span and stop.away_m > ODD_M]
+    odd = [number for number, stop in enumerate(stops, start=1) if stop.span and stop.most_away_m > ODD_M]
     if odd:
-        numbers = ", ".join(map(str, odd[:8])) + (f" and {len(odd) - 8} more" if len(odd) > 8 else "")
-        message = (
-            f"stop{'s' if len(odd) > 1 else ''} {numbers} {'were' if len(odd) > 1 else 'was'} held more than "
-            f"{ODD_M:g} m from the planned place: wind, or is this another plan's flight?"
-        )
+        most_m = max(stops[number - 1].most_away_m for number in odd)
+        message = f"{_stops(odd)} held up to {most_m:,.0f} m from the planned place: wind, or another plan's flight?"
         yield Problem(track.label, message, "far-from-place", "warning")
+
+
+def _stops(numbers: Sequence[int]) -> str:
+    """Return ``stop 3 was``, ``stops 3, 5 were``, long lists cut."""
+    named = ", ".join(map(str, numbers[:MOST_NAMED]))
+    more = f" and {len(numbers) - MOST_NAMED} more" if len(numbers) > MOST_NAMED else ""
+    return f"stops {named}{more} were" if len(numbers) > 1 else f"stop {named} was"
