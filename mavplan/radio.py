@@ -7,13 +7,14 @@ on K-means", EURASIP J. Wireless Com. Network. 2021:107, doi 10.1186/s13638-021-
 """
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mavplan.mission.autopilots import AUTOPILOTS
-from mavplan.scenario.sections import D2D, Radio, Vehicle
+from mavplan.scenario.sections import D2D, Radio, Service, Vehicle
 
 if TYPE_CHECKING:
     from mavplan.scenario.model import Scenario
@@ -71,6 +72,8 @@ class Channel:
     position_error_m
         How far off its place, in any direction, the vehicle may be: reach and rates are those from the worst place in
         that ball, so that what is planned is kept wherever in it the vehicle hovers. The paper has none.
+    d2d_error_m
+        How much further apart than they should be two mates may be.
 
     Attributes
     ----------
@@ -80,12 +83,20 @@ class Channel:
         Coverage radius R.
     """
 
-    def __init__(self, radio: Radio, altitude_m: float, d2d: D2D, position_error_m: float = 0.0) -> None:
+    def __init__(
+        self,
+        radio: Radio,
+        altitude_m: float,
+        d2d: D2D,
+        position_error_m: float = 0.0,
+        d2d_error_m: float = 0.0,
+    ) -> None:
         self.radio = radio
         self.d2d = d2d
         self.altitude_m = altitude_m
         self.gamma0 = reference_snr(radio, radio.noise_dbm)
         self.position_error_m = position_error_m
+        self.d2d_error_m = d2d_error_m
         self.radius_m = coverage_radius_m(radio, altitude_m, position_error_m)
         self._d2d_gamma0 = reference_snr(d2d, radio.noise_dbm)
 
@@ -102,18 +113,32 @@ class Channel:
         """Return log2(1+γ) in bit/s/Hz between users this far apart; infinite for an ideal link."""
         if self.d2d.link == "ideal":
             return np.full(np.shape(distance_m), np.inf)
-        squared = np.maximum(distance_m, D2D_MIN_DISTANCE_M) ** 2
+        squared = np.maximum(distance_m + self.d2d_error_m, D2D_MIN_DISTANCE_M) ** 2
         return spectral_rate(squared, self._d2d_gamma0, self.d2d.path_loss_exponent)
 
 
-def position_error_of(vehicle: Vehicle) -> float:
-    """Return how far off its place a vehicle may be: by the scenario, else as its autopilot was measured."""
-    if vehicle.position_error_m is not None:
-        return vehicle.position_error_m
-    return AUTOPILOTS[vehicle.autopilot].hover_error_m
+def planning_radio(radio: Radio) -> Radio:
+    """Return the radio that is planned with: what the fade margin keeps is taken from its power."""
+    return replace(radio, tx_power_dbm=radio.tx_power_dbm - radio.fade_margin_db, fade_margin_db=0.0)
+
+
+def planning_error_m(vehicle: Vehicle, service: Service) -> float:
+    """Return how much further from a user the vehicle may be than planned.
+
+    The vehicle's drift, by the scenario or as its autopilot was measured, and how far users may be from their places.
+    """
+    drift_m = vehicle.position_error_m
+    if drift_m is None:
+        drift_m = AUTOPILOTS[vehicle.autopilot].hover_error_m
+    return drift_m + service.user_error_m
 
 
 def planning_channel(scenario: "Scenario") -> Channel:
-    """Return the channel that a scenario is planned with: what is reached in it is reached by a vehicle that drifts."""
-    vehicle = scenario.vehicle
-    return Channel(scenario.radio, vehicle.altitude_m, scenario.d2d, position_error_of(vehicle))
+    """Return the channel that a scenario is planned with: what is reached in it is reached with all margins used up."""
+    return Channel(
+        planning_radio(scenario.radio),
+        scenario.vehicle.altitude_m,
+        scenario.d2d,
+        planning_error_m(scenario.vehicle, scenario.service),
+        2 * scenario.service.user_error_m,
+    )

@@ -92,3 +92,23 @@ def test_phones_on_the_same_spot_hear_each_other_as_at_one_metre():
 def test_an_ideal_d2d_link_never_limits():
     channel = Channel(Radio(), 100.0, D2D(link="ideal"))
     assert np.isinf(channel.d2d_rate(np.array([5.0, 5000.0]))).all()
+
+
+@given(fade_db=st.floats(0, 6), user_m=st.floats(0, 50), distance_m=st.floats(0, 400))
+def test_margins_shrink_reach_and_rates_and_a_proof_knows_nothing_of_them(fade_db, user_m, distance_m):
+    """6 dB of fading halves the distance that free space reaches."""
+    scenario = make_scenario([[0, 0]])
+    kept = replace(
+        scenario,
+        radio=replace(scenario.radio, fade_margin_db=fade_db),
+        service=replace(scenario.service, user_error_m=user_m),
+    )
+    exact, planned = planning_channel(scenario), planning_channel(kept)
+    slant_m = highest_altitude_m(Radio()) * 10 ** (-fade_db / 20) - user_m
+    assert planned.radius_m == pytest.approx(np.sqrt(max(slant_m, 100.0) ** 2 - 100.0**2), abs=1e-6)
+    away = np.array([distance_m])
+    assert planned.air_rate(away)[0] <= exact.air_rate(away)[0]
+    faded = Channel(replace(Radio(), tx_power_dbm=20.0 - fade_db), 100.0, D2D())
+    assert planned.air_rate(away)[0] <= faded.air_rate(away + user_m)[0] + 1e-12
+    assert planned.d2d_rate(away)[0] <= exact.d2d_rate(away)[0]
+    assert kept.radio.tx_power_dbm == 20.0

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from mavplan.stored_plan import StoredPlan
 
 
-@click.command("report", short_help="Write a plan as one page to look at, print and hand over.")
+@click.command("report", short_help="Write a plan as one page to look at and print.")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "-o",

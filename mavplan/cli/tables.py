@@ -13,7 +13,8 @@ from mavplan.mission.phases import Phases
 from mavplan.mission.sendable import command_name
 from mavplan.plan import Plan
 from mavplan.plan_forecast import stop_of_item
-from mavplan.radio import position_error_of
+from mavplan.radio import planning_error_m
+from mavplan.scenario.model import Scenario
 
 MOST_NAMES = 8
 """Names of users in one cell; the rest is counted."""
@@ -68,7 +69,7 @@ def totals(plan: Plan) -> list[str]:
     lines = [
         f"{served}: {count - relayed} from the air, {relayed} by D2D; "
         f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home"
-        f"{_kept(position_error_of(vehicle))}",
+        f"{_kept(plan.scenario)}",
         f"path {trajectory.length_m:,.0f} m{_proved_length(trajectory.bound)}, "
         f"sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
         f"hover {clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
@@ -131,9 +132,12 @@ def _energy(plan: Plan) -> str:
     return f"energy {energy.total:,.1f} Wh ({parts}), {battery}"
 
 
-def _kept(error_m: float) -> str:
-    """Return the clause on what is kept for drift."""
-    return f", {error_m:g} m of drift allowed for" if error_m else ""
+def _kept(scenario: Scenario) -> str:
+    """Return the clause on the margins that the plan keeps."""
+    error_m, fade_db = planning_error_m(scenario.vehicle, scenario.service), scenario.radio.fade_margin_db
+    kept = [f"{error_m:g} m of drift"] if error_m else []
+    kept += [f"{fade_db:g} dB of fading"] if fade_db else []
+    return f", {' and '.join(kept)} allowed for" if kept else ""
 
 
 def _proved_length(bound: Bound | None) -> str:

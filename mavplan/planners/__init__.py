@@ -97,7 +97,7 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
     planner = find_planner(options.name)
     channel = planning_channel(scenario)
     if channel.radius_m <= 0.0:
-        limit_m = highest_altitude_m(scenario.radio) - channel.position_error_m
+        limit_m = highest_altitude_m(channel.radio) - channel.position_error_m
         message = f"nobody on the ground can be reached from {channel.altitude_m:g} m, only from below {limit_m:.4g} m"
         raise InputError([Problem("[vehicle] altitude_m", message, "no-coverage")])
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavplan.geo import geodesic_distance_m
-from mavplan.radio import coverage_radius_m, highest_altitude_m, position_error_of
+from mavplan.radio import coverage_radius_m, highest_altitude_m, planning_error_m, planning_radio
 from mavplan.scenario.model import UNPAIRED
 from mavplan.scenario.report import Report, figure, listed, nearest, shown
 from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service, Vehicle, Wind
@@ -19,12 +19,12 @@ MAX_DISTANCE_M = 100_000.0
 """Users further from home than this are a slip of the pen, and the local plane is not made for them."""
 
 
-def check_altitude(radio: Radio, vehicle: Vehicle, label: str, report: Report) -> None:
+def check_altitude(radio: Radio, vehicle: Vehicle, service: Service, label: str, report: Report) -> None:
     """Note an altitude from which nobody on the ground is reached, and the altitude at which that ends."""
-    error_m = position_error_of(vehicle)
-    if coverage_radius_m(radio, vehicle.altitude_m, error_m) > 0:
+    error_m, kept = planning_error_m(vehicle, service), planning_radio(radio)
+    if coverage_radius_m(kept, vehicle.altitude_m, error_m) > 0:
         return
-    limit_m = max(highest_altitude_m(radio) - error_m, 0.0)
+    limit_m = max(highest_altitude_m(kept) - error_m, 0.0)
     below = f"{math.floor(limit_m * 10) / 10:,.1f}" if limit_m >= 1 else f"{limit_m:.2g}"
     message = (
         f"found {figure(vehicle.altitude_m)}; with this [radio] nobody on the ground reaches snr_threshold_db = "
@@ -105,7 +105,7 @@ class Reach:
     reason: str
 
 
-def reach_of(vehicle: Vehicle, radio: Radio, d2d: D2D) -> Reach | None:
+def reach_of(vehicle: Vehicle, radio: Radio, d2d: D2D, service: Service) -> Reach | None:
     """Return how far from home users can be served with the vehicle's endurance; None where none is given.
 
     Straight out at full speed without a second of hover, back too if the mission ends at home; the last R metres are
@@ -117,7 +117,8 @@ def reach_of(vehicle: Vehicle, radio: Radio, d2d: D2D) -> Reach | None:
     usable_s = vehicle.endurance_s * (1.0 - vehicle.reserve_fraction)
     returns = vehicle.end == "rtl"
     flown_m = usable_s * vehicle.speed_m_s / (2.0 if returns else 1.0)
-    radius_m = coverage_radius_m(radio, vehicle.altitude_m, position_error_of(vehicle))
+    error_m = planning_error_m(vehicle, service)
+    radius_m = coverage_radius_m(planning_radio(radio), vehicle.altitude_m, error_m)
     relayed_m = d2d.range_m if d2d.matching == "auto" else 0.0
     total_m = flown_m + radius_m + relayed_m
     reason = (

@@ -51,7 +51,10 @@ class Columns:
 
 @dataclass(frozen=True, config=_CHECKED)
 class Radio:
-    """The vehicle's radio; gain is that at 1 m, noise that in the whole bandwidth. planner.md's (1)-(4)."""
+    """The vehicle's radio, equations (1) to (4) of the paper.
+
+    Gain is that at 1 m, noise that in the whole bandwidth; ``fade_margin_db`` is kept by plans, and not by the paper.
+    """
 
     tx_power_dbm: PowerDbm = 20.0
     ref_gain_db: GainDb = -70.0
@@ -59,6 +62,7 @@ class Radio:
     path_loss_exponent: Exponent = 2.0
     snr_threshold_db: Annotated[float, Field(ge=-50, le=100)] = 3.0
     bandwidth_hz: Positive = 1e6
+    fade_margin_db: Annotated[float, Field(ge=0, le=60)] = 0.0
 
 
 @dataclass(frozen=True, config=_CHECKED)
@@ -102,11 +106,13 @@ class Vehicle:
 class Service:
     """How users are served: all in reach at once (broadcast) or one at a time (tdma).
 
-    ``in_flight`` None leaves it to the planner whether holds count what users receive in flight.
+    ``in_flight`` None leaves it to the planner whether holds count what users receive in flight; ``user_error_m`` is
+    how far users may be from their places.
     """
 
     mode: Literal["broadcast", "tdma"] = "broadcast"
     in_flight: bool | None = None
+    user_error_m: Annotated[float, Field(ge=0, le=1000)] = 0.0
     demand_mbit: DemandMbit = 10.0
     """Demand of each user whose file brings none."""
 

@@ -83,8 +83,8 @@ def load_scenario(path: Path | str) -> Scenario:
         )
     check_planner(sections.planner, str(path), report)
     check_service(sections.service, str(path), report)
-    if sections.sound("radio", "vehicle"):
-        check_altitude(sections.radio, sections.vehicle, str(path), report)
+    if sections.sound("radio", "vehicle", "service"):
+        check_altitude(sections.radio, sections.vehicle, sections.service, str(path), report)
     if sections.sound("vehicle"):
         check_battery(sections.vehicle, str(path), report)
     if sections.sound("vehicle", "wind"):
@@ -95,8 +95,8 @@ def load_scenario(path: Path | str) -> Scenario:
         check_fence_places(things, sections.fence, sections.home, str(path), report)
     if users is not None and sections.home is not None:
         reach = (
-            reach_of(sections.vehicle, sections.radio, sections.d2d)
-            if sections.sound("radio", "vehicle")
+            reach_of(sections.vehicle, sections.radio, sections.d2d, sections.service)
+            if sections.sound("radio", "vehicle", "service")
             else None
         )
         check_distances(users, sections.home, reach, report)
