@@ -111,12 +111,17 @@ class MissionProgress:
         self.done_through = max(self.done_through, seq - 1)
 
     def _look_for_skipped(self, seq: int, clock_s: float) -> None:
-        """Find holds that cannot have been kept in the time since the vehicle was last known before them."""
-        for before, at_s in self._last_at.items():
-            between = range(before + 1, seq)
+        """Find holds that cannot have been kept in the time since the vehicle was last known before them.
+
+        The narrowest stretch that was too short is it: wider ones around it are too short only for its sake, now and
+        later.
+        """
+        for before in sorted(self._last_at, reverse=True):
+            between = [item for item in range(before + 1, seq) if item not in self.skipped]
             held_s = math.fsum(self.route.hold_s.get(item, 0.0) for item in between)
-            if held_s - SLACK_S - SLACK_SHARE * held_s > clock_s - at_s:
+            if held_s - SLACK_S - SLACK_SHARE * held_s > clock_s - self._last_at[before]:
                 self.skipped |= {item for item in between if self.route.hold_s.get(item)}
+                return
 
     def _enter(self, seq: int, clock_s: float) -> None:
         if seq != self.current:
