@@ -151,16 +151,21 @@ class Autopilot:
         while self._inbox and self._inbox[0][0] <= now:
             due, sender, message = self._inbox.popleft()
             self._handle(sender, message, due)
-        self.pilot.tick(now)
-        self._speak_for_pilot(now)
-        self._voice.repeat(now)
+        if now >= self.pilot.due:
+            self.pilot.tick(now)
+            self._speak_for_pilot(now)
+        if now >= self._voice.due:
+            self._voice.repeat(now)
         if now >= self._next_heartbeat:
             on_time = self._next_heartbeat + HEARTBEAT_PERIOD_S
             self._next_heartbeat = on_time if on_time > now else now + HEARTBEAT_PERIOD_S
             self._send_heartbeat()
-        self._reply(self._missions.tick(now), now)
-        for link, name in self._schedule.due(now):
-            self._send_telemetry(link, name, now)
+        replies = self._missions.tick(now)
+        if replies:
+            self._reply(replies, now)
+        if now >= self._schedule.due:
+            for link, name in self._schedule.take(now):
+                self._send_telemetry(link, name, now)
 
     def to_send(self) -> list[tuple[Hashable | None, bytes]]:
         """Return the frames to send and to whom, in order; None means every peer there is."""
@@ -170,19 +175,15 @@ class Autopilot:
         """Return when `tick` must be called at the latest; None before its first call and once the vehicle is dead."""
         if self.killed_by is not None or self._started is None:
             return None
-        times = [self._next_heartbeat]
+        due = min(self._next_heartbeat, self.pilot.due, self._voice.due, self._schedule.due)
         if not self.vehicle.ready:
-            times.append(self._started + self._boot_time_s)
+            due = min(due, self._started + self._boot_time_s)
         if self._inbox:
-            times.append(self._inbox[0][0])
-        others = (
-            self._missions.next_timer(),
-            self._schedule.next_timer(),
-            self.pilot.next_timer(),
-            self._voice.next_repeat(),
-        )
-        times.extend(at for at in others if at is not None)
-        return max(min(times), self._silent_until)
+            due = min(due, self._inbox[0][0])
+        missions = self._missions.next_timer()
+        if missions is not None:
+            due = min(due, missions)
+        return max(due, self._silent_until)
 
     def stored(self, mission_type: int = MissionType.MISSION) -> tuple[StoredItem, ...]:
         """Return a list as it reads back: ArduPilot's mission with home as item 0."""

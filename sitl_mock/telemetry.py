@@ -251,7 +251,8 @@ class Schedule:
     def __init__(self, defaults: Mapping[str, float]) -> None:
         self._defaults = defaults
         self._links: dict[Hashable, dict[str, tuple[float, float]]] = {}
-        self._next: float | None = None
+        self.due = math.inf
+        """When the next message is due."""
 
     def links(self) -> list[Hashable]:
         """Return the links that have spoken."""
@@ -278,10 +279,8 @@ class Schedule:
         known = self._links.get(link, {}).get(name)
         return None if known is None else known[1]
 
-    def due(self, now: float) -> list[tuple[Hashable, str]]:
+    def take(self, now: float) -> list[tuple[Hashable, str]]:
         """Return what is to be sent by now, each once however late it is."""
-        if self._next is None or now < self._next:
-            return []
         ready: list[tuple[Hashable, str]] = []
         for link, streams in self._links.items():
             for name, (at, period) in streams.items():
@@ -291,13 +290,9 @@ class Schedule:
         self._changed()
         return ready
 
-    def next_timer(self) -> float | None:
-        """Return when the next message is due."""
-        return self._next
-
     def _changed(self) -> None:
         times = (at for streams in self._links.values() for at, _ in streams.values())
-        self._next = min(times, default=None)
+        self.due = min(times, default=math.inf)
 
     def forget(self, link: Hashable) -> None:
         """Stop all streams of a link that is gone."""

@@ -40,6 +40,8 @@ class Voice:
         self._text_id = 0
         self._repeats: list[float] = []
         self._repeated = Reached(0)
+        self.due = math.inf
+        """When `repeat` has something to do."""
 
     def take(self) -> list[tuple[Hashable | None, bytes]]:
         """Return the frames to send and to whom, in order; None means every peer there is."""
@@ -80,6 +82,7 @@ class Voice:
                     self.say_to_all(message_of(reply)[0])
                     times = range(1, self._firmware.reached_repeats + 1)
                     self._repeats, self._repeated = [now + REACHED_AGAIN_S * n for n in times], reply
+                    self.due = min(self._repeats, default=math.inf)
                 case _:
                     self.say(reply.to.link, *message_of(reply))
 
@@ -96,13 +99,10 @@ class Voice:
 
     def repeat(self, now: float) -> None:
         """Tell the item reached last once more, if it is time."""
-        if self._repeats and now >= self._repeats[0]:
+        if now >= self.due:
             self._repeats = [at for at in self._repeats if at > now]
+            self.due = min(self._repeats, default=math.inf)
             self.say_to_all(message_of(self._repeated)[0])
-
-    def next_repeat(self) -> float | None:
-        """Return when it is time for that."""
-        return self._repeats[0] if self._repeats else None
 
     def forget(self, link: Hashable) -> None:
         """Drop a link that is gone."""
@@ -118,3 +118,4 @@ class Voice:
         self._outbox.clear()
         self._heard.clear()
         self._repeats.clear()
+        self.due = math.inf

@@ -355,7 +355,7 @@ class ArduPilotPilot(Pilot):
         self.enter(Copter.GUIDED, now)
         n, e = self.tangent.metres(order.x_e7, order.y_e7)
         u = order.z + (self.home_up_m if order.relative else -self.origin_alt_m)
-        place = (n, e, u if math.isfinite(u) else self.place(now)[2])
+        place = (n, e, max(u, 0.0) if math.isfinite(u) else self.place(now)[2])
         self.do(now, lambda at: self.fly(place, at, self.limits()))
         return ACCEPTED
 

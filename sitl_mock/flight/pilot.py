@@ -141,6 +141,8 @@ class Pilot:
         self._said: list[Reply] = []
         self._steps: deque[Step] = deque()
         self._next_at = FAR_S
+        self.due = FAR_S
+        """When the next thing happens."""
         self._turn = 0
         self._watch_at = FAR_S
         self._timers: list[tuple[float, Callable[[float], None]]] = []
@@ -157,16 +159,14 @@ class Pilot:
         """Start its clock: power is on."""
         self._booted_at = now
 
-    def next_timer(self) -> float | None:
-        """Return when the next thing happens, None for never."""
-        due = min(self._next_at if self._steps else FAR_S, self._watch_at)
+    def _plan(self) -> None:
+        self.due = min(self._next_at if self._steps else FAR_S, self._watch_at)
         for at, _ in self._timers:
-            due = min(due, at)
-        return None if due == FAR_S else due
+            self.due = min(self.due, at)
 
     def tick(self, now: float) -> None:
         """Do whatever is due by now, each at its own time."""
-        while (due := self.next_timer()) is not None and due <= now:
+        while (due := self.due) <= now:
             ready = next((timer for timer in self._timers if timer[0] == due), None)
             if ready is not None:
                 self._timers.remove(ready)
@@ -175,6 +175,7 @@ class Pilot:
                 self._watch(due)
             else:
                 self._step(due)
+            self._plan()
 
     def _step(self, at: float) -> None:
         turn, step = self._turn, self._steps.popleft()
@@ -186,6 +187,7 @@ class Pilot:
         """Drop what it was doing and do this from now on."""
         self._turn += 1
         self._steps, self._next_at = deque(steps), at
+        self._plan()
 
     def next_step(self, step: Step) -> None:
         """Put a step before all others."""
@@ -194,6 +196,7 @@ class Pilot:
     def later(self, at: float, what: Callable[[float], None]) -> None:
         """Do something at a time, whatever the steps are."""
         self._timers.append((at, what))
+        self._plan()
 
     @staticmethod
     def wait(seconds: float) -> Step:
@@ -292,10 +295,10 @@ class Pilot:
             self._heading = (at, now, (wanted - now + 180.0) % 360.0 - 180.0)
 
     def target(self, item: StoredItem, at: float) -> Vector:
-        """Return the place of a mission item."""
+        """Return the place of a mission item, no deeper than the ground, which is flat."""
         n, e = self.tangent.metres(item.x, item.y)
         u = item.z - (self.origin_alt_m if item.frame in {0, 5} else -self.home_up_m)
-        return n, e, u if math.isfinite(u) else self.place(at)[2]
+        return n, e, max(u, 0.0) if math.isfinite(u) else self.place(at)[2]
 
     # Arming, landing, the end
 
@@ -306,6 +309,7 @@ class Pilot:
         self.vehicle.armed = True
         self._warned = self.breached = False
         self._watch_at = at + WATCH_S
+        self._plan()
 
     def lift_off(self, at: float) -> None:
         """Leave the ground."""
@@ -330,6 +334,7 @@ class Pilot:
         self.vehicle.mission_running = False
         self.vehicle.landed = Landed.ON_GROUND
         self._watch_at = FAR_S
+        self._plan()
         self.battery.power_w = 0.0
         self._struck.clear()
 

@@ -423,7 +423,7 @@ class Px4Pilot(Pilot):
         if math.isfinite(order.x_e7) and math.isfinite(order.y_e7):
             n, e = self.tangent.metres(order.x_e7, order.y_e7)
         u = order.z + (self.home_up_m if order.relative else -self.origin_alt_m)
-        place = (n, e, u if math.isfinite(u) else here[2])
+        place = (n, e, max(u, 0.0) if math.isfinite(u) else here[2])
         if math.dist(place, here) > legs.ALTITUDE_RADIUS_M:
             self.do(now, lambda at: self.fly(place, at, self.cruise()))
         return ACCEPTED
