@@ -83,7 +83,7 @@ class ArduPilotPilot(Pilot):
     def swing(self, speed: float) -> tuple[float, float]:
         """Return how far a leg swings over its end and where it settles, by chance."""
         share = min(1.0, speed / 8.0)
-        return share * self.chance.uniform(0.45, 0.9), share * self.chance.uniform(-0.35, 0.1)
+        return share * self.chance.uniform(0.45, 0.85), share * self.chance.uniform(-0.4, 0.15)
 
     # Arming
 

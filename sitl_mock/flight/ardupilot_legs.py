@@ -15,14 +15,16 @@ FASTEST_M_S = 10.0
 JERK = 1.0
 START_LAG_S = 0.35
 """From the order to move to the first movement."""
-SWING_S = 0.65
+SWING_S = 0.6
 """From the farthest point of the swing over the end to "finished"."""
 FINISH_LAG_S = 0.9
 THROUGH_LAG_S = 0.3
 """More lag at the end of a leg that is flown through."""
 MIDDLE_LAG_S = 0.6
 """How late the vehicle is in the middle of a leg of 100 m or more."""
-SETTLE_S = 0.9
+FALLS_BEHIND_S, MAKES_UP_S = 10.0, 5.0
+"""How long it takes to become so late, and to make up for it at the end."""
+SETTLE_S = 1.1
 CORNER_STEP_S = 0.05
 BRAKING = 2.5
 RISE_ACCEL = 1.0
@@ -75,13 +77,13 @@ class Followed:
         if t_s <= self._delay_s:
             return 0.0, 0.0
         if t_s < self._arrive_s:
-            span = self._arrive_s - self._delay_s
-            done = (t_s - self._delay_s) / span
+            span, gone = self._arrive_s - self._delay_s, t_s - self._delay_s
             rate = self._target.end_s / span
-            late = self._late_s * math.sin(math.pi * done) ** 2
-            change = self._late_s * math.sin(2 * math.pi * done) * math.pi / span
-            s, v = self._target.at(rate * (t_s - self._delay_s) - late)
-            return s, v * (rate - change)
+            falls_s, makes_up_s = min(FALLS_BEHIND_S, span * 0.5), min(MAKES_UP_S, span * 0.4)
+            behind, slower = _bend(gone / falls_s)
+            made_up, faster = _bend((gone - span + makes_up_s) / makes_up_s)
+            s, v = self._target.at(rate * gone - self._late_s * (behind - made_up))
+            return s, v * (rate - self._late_s * (slower / falls_s - faster / makes_up_s))
         x = (t_s - self._arrive_s) / SETTLE_S
         left = math.exp(-x)
         swing = self._swing_m - self._rest_m
@@ -89,6 +91,11 @@ class Followed:
             self._length_m + self._rest_m + swing * (1 + x) * left,
             -swing * x * left / SETTLE_S if x < 12 else 0.0,
         )
+
+
+def _bend(x: float) -> tuple[float, float]:
+    """Return a smooth way from 0 to 1 and its slope."""
+    return (x * x * (3 - 2 * x), 6 * x * (1 - x)) if 0 < x < 1 else (float(x >= 1), 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,13 +69,11 @@ class Pieces:
 
     def when(self, length_m: float) -> float:
         """Return when it first has come so far; its end where it never does."""
-        low = 0.0
-        for start, end in zip(self._starts, [*self._starts[1:], self.end_s], strict=True):
-            if self.at(end)[0] >= length_m or end == self.end_s:
-                low, high = start, end
+        low = high = 0.0
+        for start, end in zip(self._starts, [*self._starts[1:], self.end_s], strict=False):
+            low, high = start, end
+            if self.at(end)[0] >= length_m:
                 break
-        else:
-            return self.end_s
         for _ in range(40):
             middle = (low + high) / 2
             low, high = (middle, high) if self.at(middle)[0] < length_m else (low, middle)

@@ -115,7 +115,7 @@ class Pilot:
 
     turn_rate_deg_s = 60.0
     decel = 2.5
-    wander_m = (0.05, 0.03)
+    wander_m = (0.1, 0.03)
 
     def __init__(
         self,

@@ -32,7 +32,7 @@ class Px4Pilot(Pilot):
 
     turn_rate_deg_s = 45.0
     decel = 2.0
-    wander_m = (0.3, 0.25)
+    wander_m = (0.2, 0.25)
 
     @property
     def mode(self) -> Px4:

@@ -17,8 +17,8 @@ NEARING_S = 9.0
 START_DELAY_S = 0.6
 AFTER_TAKEOFF_S = 0.5
 """The first leg begins so much later."""
-SWING_M = 1.0
-SETTLE_S = 5.0
+SWING_M = 0.85
+SETTLE_S = 4.0
 ALTITUDE_RADIUS_M = 0.8
 FASTEST_M_S = 10.0
 RISE_M_S, SINK_M_S, RISE_ACCEL = 3.0, 1.5, 2.0

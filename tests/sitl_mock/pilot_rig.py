@@ -1,7 +1,7 @@
 """A mock that flies on a virtual clock, and missions in metres around its home."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from sitl_mock.flight.earth import Tangent
@@ -85,6 +85,15 @@ class PilotRig(Rig):
         until = self.now + seconds
         while self.state.armed and self.now < until:
             self.run(min(0.5, until - self.now))
+            self.send(heartbeat())  # PX4's texts depend on it
+
+    def until(self, happens: Callable[[], bool], step: float = 0.1, seconds: float = 600.0) -> None:
+        """Let it fly until something happens, which it must within a time."""
+        latest = self.now + seconds
+        while not happens():
+            assert self.now < latest, f"nothing happened within {seconds:g} s; reached {self.reached()}"
+            self.run(step)
+            self.send(heartbeat())
 
     def of(self, name: str) -> list[tuple[float, Any]]:
         """All messages of a kind with their times."""

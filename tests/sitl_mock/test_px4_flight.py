@@ -55,11 +55,10 @@ def test_a_hold_counts_from_the_first_moment_within_two_metres(seconds: float, k
     rig = PilotRig("px4")
     rig.load(takeoff(), kind(80, 0, seconds), stop(80, 80, 1), RETURN)  # type: ignore[operator]
     rig.start()
-    while rig.off(80, 0) > 2:
-        rig.run(0.01)
+    rig.until(lambda: rig.off(80, 0) <= 2, 0.01)
     arrived = rig.now
     away = []
-    while 1 not in rig.reached():
+    while 1 not in rig.reached() and rig.now < 600:
         rig.run(0.05)
         away.append(rig.off(80, 0))
     assert rig.reached()[1] - arrived == pytest.approx(seconds, abs=0.1)
@@ -97,7 +96,7 @@ def test_speeds_come_to_what_was_measured(asked: float, comes_to: float) -> None
     rig.load(takeoff(), speed(asked), stop(600, 0), RETURN)
     rig.start()
     fastest = 0.0
-    while rig.off(600, 0) > 100:
+    while rig.off(600, 0) > 100 and rig.now < 600:
         rig.run(1)
         fastest = max(fastest, rig.pilot.body.at(rig.now)[1][0])
     assert fastest == pytest.approx(comes_to, rel=0.02)
@@ -107,8 +106,7 @@ def test_a_takeoff_elsewhere_is_flown_to() -> None:
     rig = PilotRig("px4")
     rig.load((22, 60.0, 0.0, 20.0, 0.0), stop(60, 60, 1), RETURN)
     rig.start()
-    while 0 not in rig.reached():
-        rig.run(0.1)
+    rig.until(lambda: 0 in rig.reached(), 0.1)
     assert rig.off(60, 0) < 2.1
 
 
@@ -116,8 +114,7 @@ def test_without_a_current_flag_it_goes_on_at_its_old_number() -> None:
     rig = PilotRig("px4")
     rig.load(takeoff(), stop(30, 0, 1), stop(30, 30, 1), RETURN)
     rig.start()
-    while 1 not in rig.reached():
-        rig.run(0.5)
+    rig.until(lambda: 1 in rig.reached(), 0.5)
     rig.send(command(20))
     rig.fly()
     rig.load(takeoff(), stop(0, 30, 1), stop(0, 60, 1), RETURN, current=False)
@@ -144,8 +141,7 @@ def test_leaving_and_returning_starts_the_hold_again() -> None:
     rig = PilotRig("px4")
     rig.load(takeoff(), stop(50, 0, 20), stop(50, 50, 1), RETURN)
     rig.start()
-    while rig.off(50, 0) > 2:
-        rig.run(0.1)
+    rig.until(lambda: rig.off(50, 0) <= 2, 0.1)
     rig.run(15)
     hold = command(176, 1, 4)
     hold.param3 = 3.0
@@ -155,8 +151,7 @@ def test_leaving_and_returning_starts_the_hold_again() -> None:
     back.param3 = 4.0
     rig.send(back)
     returned = rig.now
-    while 1 not in rig.reached():
-        rig.run(0.1)
+    rig.until(lambda: 1 in rig.reached(), 0.1)
     assert rig.reached()[1] - returned == pytest.approx(20, abs=0.5)
 
 
