@@ -5,7 +5,7 @@ Commands about messages are carried out here; all others are orders for the pilo
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 from pymavlink.dialects.v20 import common as mavlink
@@ -30,6 +30,8 @@ ABOUT_MESSAGES = frozenset(
         REQUEST_AUTOPILOT_CAPABILITIES,
     }
 )
+WHOLE_NUMBERS = frozenset({176, 192, 224, 300, 400})
+"""Orders whose first parameters are whole numbers; ground stations send NaN where they mean nothing by them."""
 RELATIVE_FRAMES = frozenset({3, 6, 10, 11})
 
 
@@ -53,10 +55,10 @@ def order_of(message: Message) -> Order:
 
 
 def carry_out(order: Order, now: float, pilot: Pilot) -> tuple[int, ...]:
-    """Give the pilot an order and return the results to answer with; one it cannot read is refused."""
-    whole = (order.p1, order.p2, order.p3) if order.command in {176, 400, 224} else ()
-    if not all(math.isfinite(value) and abs(value) < 2**31 for value in whole):
-        return (CommandResult.FAILED,)
+    """Give the pilot an order and return the results to answer with; what is no number where one must be is 0."""
+    if order.command in WHOLE_NUMBERS:
+        p1, p2, p3 = (value if abs(value) < 2**31 else 0.0 for value in (order.p1, order.p2, order.p3))
+        order = replace(order, p1=p1, p2=p2, p3=p3)
     return pilot.order(order, now) or (CommandResult.UNSUPPORTED,)
 
 

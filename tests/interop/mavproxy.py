@@ -12,12 +12,12 @@ WAIT_S = 30.0
 class MavProxy:
     """MAVProxy with its standard input and what it has printed."""
 
-    def __init__(self, master: str, folder: Path) -> None:
+    def __init__(self, master: str, folder: Path, modules: str = "wp,cmdlong,misc") -> None:
         self.log = folder / "mavproxy.txt"
         command = [str(ENVIRONMENT / "bin/python"), str(MAVPROXY), f"--master={master}", "--no-state"]
         self._out = self.log.open("wb")
         self.process = subprocess.Popen(
-            [*command, "--default-modules=wp,cmdlong,misc"],
+            [*command, f"--default-modules={modules}"],
             cwd=folder,
             stdin=subprocess.PIPE,
             stdout=self._out,
