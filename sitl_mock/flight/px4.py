@@ -88,9 +88,10 @@ class Px4Pilot(Pilot):
         speed = min(speed, self.setting.wind.fastest(way))
         end_speed = min(self._end_speed(way, place, through, speed), speed)
         if length <= self.radius_m and along > 0:
-            self._brake_away((along * way[0], along * way[1], 0.0), at)
-            along = 0.0
-        curve = legs.level_leg(length, speed, along, end_speed, self.radius_m)
+            # The same place again: what has entered the radius goes on as it would have, without a second stop.
+            curve = legs.arriving(length, along)
+        else:
+            curve = legs.level_leg(length, speed, along, end_speed, self.radius_m)
         if self._just_up and length > self.radius_m:
             self._just_up = False
             at += legs.AFTER_TAKEOFF_S

@@ -122,6 +122,11 @@ def _cruise_s(curve: Pieces, outer_m: float, speed: float, end_speed: float, dec
     return low
 
 
+def arriving(length_m: float, speed: float) -> Pieces:
+    """Return the end of a leg: within the radius of its place, at a speed towards it."""
+    return _arrive(Pieces(speed), length_m)
+
+
 def _arrive(curve: Pieces, length_m: float) -> Pieces:
     """Add the way from the radius over the place and back."""
     left = max(length_m - curve.length_m, 0.0)
