@@ -185,7 +185,7 @@ def battery_check(telemetry: Telemetry, limits: Limits) -> Check:
     if needed_wh is None or limits.battery_wh is None:
         return Check("battery", "good", f"{found}; {needs}")
     left_wh = limits.battery_wh * battery.percent / 100
-    found = f"{found} of {limits.battery_wh:.0f} Wh are {left_wh:.0f} Wh; {needs}, with its reserve"
+    found = f"{found}: {left_wh:.0f} of {limits.battery_wh:.0f} Wh; {needs}, with its reserve"
     return Check("battery", "good" if left_wh >= needed_wh else "refused", found)
 
 
