@@ -14,6 +14,7 @@ from sitl_mock.flight.curves import Pieces, s_curve
 from sitl_mock.flight.modes import Copter
 from sitl_mock.flight.pilot import FAR_S, MAX_DO_ITEMS, Order, Step
 from sitl_mock.items import MissionType, StoredItem
+from sitl_mock.missions import SEVERITY_WARNING
 
 WAYPOINT, LOITER_UNLIM, LOITER_TURNS, LOITER_TIME, RTL, LAND, TAKEOFF = 16, 17, 18, 19, 20, 21, 22
 LOITER_TO_ALT, SPLINE, DELAY, JUMP, CHANGE_SPEED = 31, 82, 93, 177, 178
@@ -74,7 +75,7 @@ class ArduPilotMissionPilot(ArduPilotPilot):
     def may_fly_mission(self) -> bool:
         """Refuse AUTO without a mission, and armed on the ground without a take-off."""
         if self.missions.size() <= 1:
-            self.critical("Mode change to Auto failed: init failed")
+            self.text("Mode change to Auto failed: init failed", SEVERITY_WARNING)
             return False
         if self.vehicle.armed and not self.vehicle.flying and not self._starts_with_takeoff():
             self.critical("Auto: Missing Takeoff Cmd")
@@ -96,7 +97,7 @@ class ArduPilotMissionPilot(ArduPilotPilot):
             return ACCEPTED
         if self.mode != Copter.AUTO and not self.set_mode(Copter.AUTO, now):
             return FAILED
-        if not self.vehicle.mission_running and not self.vehicle.mission_finished:
+        if not self.vehicle.mission_running:
             self.resume_mission(now)
         return ACCEPTED
 

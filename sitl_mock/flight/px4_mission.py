@@ -18,6 +18,7 @@ DELAY, JUMP, CHANGE_SPEED = 93, 177, 178
 PLACES = frozenset({WAYPOINT, LOITER_UNLIM, LOITER_TIME, LAND, TAKEOFF, LOITER_TO_ALT, 84, 85})
 ACTING = PLACES | {RTL, DELAY}
 """Items that are flown; all others are done at once."""
+VERDICT_LATER_S = 0.05
 
 
 class Px4MissionPilot(Px4Pilot):
@@ -68,10 +69,16 @@ class Px4MissionPilot(Px4Pilot):
             return
         self._flown_revision = self.missions.revision
         self._jumps.clear()
+        self.later(now + self.firmware.verdict_delay_s + VERDICT_LATER_S, self._heed_verdict)
         if self.missions.item(self.vehicle.current_seq) is None:
             self._finish(now)
         else:
             self._go_on(self.vehicle.current_seq, None, now)
+
+    def _heed_verdict(self, at: float) -> None:
+        """Stop flying a new mission that was judged infeasible."""
+        if self.vehicle.mission_running and not self.missions.flyable():
+            self.enter(Px4.HOLD, at)
 
     def set_current(self, seq: int, now: float) -> bool:
         """Fly another item now, if the mission is being flown."""

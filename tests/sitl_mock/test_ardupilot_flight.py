@@ -3,11 +3,13 @@
 import itertools
 
 import pytest
+from pymavlink.dialects.v20 import common as mavlink
 
 from .pilot_rig import (
     DELAY,
     JUMP,
     LAND,
+    PLANE,
     RETURN,
     UNLIM,
     PilotRig,
@@ -18,7 +20,7 @@ from .pilot_rig import (
     takeoff,
     waypoint,
 )
-from .rig import clear, command, kinds
+from .rig import clear, command, item, kinds
 
 LEGS = [
     (10, 20, 9.5),
@@ -302,3 +304,99 @@ def test_land_unlimited_hold_delay_and_jump_are_flown() -> None:
     stays.fly()
     assert not stays.state.armed
     assert stays.off(0, 0) < 1
+
+
+def test_a_mission_is_flown_again_from_its_beginning() -> None:
+    rig = flown(takeoff(10), stop(20, 0, 1), RETURN)
+    rig.heard.clear()
+    rig.start()
+    rig.fly()
+    assert list(rig.reached()) == [1, 2, 3]
+    assert not rig.state.armed
+
+
+def test_a_mission_outside_the_fence_is_accepted_and_turns_home_in_flight() -> None:
+    """FENCE_ENABLE set and a polygon uploaded; the circle and the height are out of the way."""
+    rig = PilotRig("ardupilot")
+    corners = [PLANE.degrees_e7(n, e) for n, e in ((-100, -100), (60, -100), (60, 100), (-100, 100))]
+    assert (
+        rig.upload([item(n, 5001, 0, p1=4, x=x, y=y, kind=1) for n, (x, y) in enumerate(corners)], 1).type
+        == 0
+    )
+    rig.pilot.parameters.put("FENCE_ENABLE", 1)
+    rig.load(takeoff(), stop(150, 0), RETURN)
+    rig.start()
+    farthest = 0.0
+    while rig.state.armed and rig.now < 300:
+        rig.run(0.5)
+        farthest = max(farthest, rig.place()[0])
+    assert 60 < farthest < 95
+    assert list(rig.reached()) == [1]
+    assert rig.off(0, 0) < 1
+    assert any("Polygon fence breached" in text for text in rig.texts())
+
+
+def test_pause_hovers_within_auto_and_continue_flies_the_item_again() -> None:
+    rig = PilotRig("ardupilot")
+    rig.load(takeoff(), stop(200, 0, 1), RETURN)
+    rig.start()
+    rig.run(30)
+    assert results(rig.send(command(193, 0))) == [0]
+    rig.run(15)
+    here = rig.place()
+    rig.run(20)
+    assert rig.off(*here[:2]) < 0.1
+    assert rig.state.custom_mode == 3
+    assert results(rig.send(command(193, 1))) == [0]
+    rig.fly()
+    assert list(rig.reached()) == [1, 2, 3]
+
+
+def test_it_goes_on_with_another_item_at_once() -> None:
+    """By message and by command; an item that does not exist is refused."""
+    rig = PilotRig("ardupilot")
+    rig.load(takeoff(), stop(200, 0, 1), stop(0, 50, 1), RETURN)
+    rig.start()
+    rig.run(25)
+    assert results(rig.send(command(224, 9))) == [4]
+    assert results(rig.send(command(224, 3))) == [0]
+    rig.fly()
+    assert list(rig.reached()) == [1, 3, 4]
+
+
+def test_set_mode_is_taken_as_a_message_too_and_an_unknown_mode_refused() -> None:
+    rig = PilotRig("ardupilot")
+    rig.send(mavlink.MAVLink_set_mode_message(1, 1, 4))
+    assert rig.state.custom_mode == 4
+    assert results(rig.send(command(176, 1, 99))) == [4]
+    assert rig.state.custom_mode == 4
+
+
+def test_disarming_in_flight_is_refused_unless_forced_and_then_it_falls() -> None:
+    rig = PilotRig("ardupilot")
+    rig.load(takeoff(), stop(200, 0, 1), RETURN)
+    rig.start()
+    rig.run(30)
+    assert results(rig.send(command(400, 0))) == [4]
+    assert results(rig.send(command(400, 0, 21196))) == [0]
+    rig.run(10)
+    assert rig.place()[2] == 0
+    assert not rig.state.armed
+
+
+def test_a_reboot_in_the_air_brings_it_down_and_it_stands_where_it_fell() -> None:
+    rig = PilotRig("ardupilot")
+    rig.load(takeoff(), stop(200, 0, 60), RETURN)
+    rig.start()
+    rig.run(60)
+    rig.vehicle.reboot(rig.now)  # type: ignore[union-attr]
+    rig.run(5)
+    rig.pilot = rig.vehicle.pilot  # type: ignore[union-attr]
+    assert not rig.state.armed
+    assert rig.place()[2] == 0
+    assert rig.off(200, 0) < 2
+    rig.send(command(176, 1, 4))
+    assert results(rig.send(command(400, 1))) == [4]
+    rig.run(45)
+    assert results(rig.send(command(400, 1))) == [0]
+    assert rig.off(200, 0) < 2

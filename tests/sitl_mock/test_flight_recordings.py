@@ -2,6 +2,7 @@
 
 from bisect import bisect
 from functools import cache
+from itertools import groupby
 from typing import Any
 
 import pytest
@@ -95,6 +96,31 @@ def test_ardupilot_flies_each_leg_in_the_recorded_time() -> None:
     assert now[3] - now[2] == pytest.approx(was[3] - was[2], abs=0.1)
     assert now[1] == pytest.approx(was[1], abs=0.7)
     assert now[7] == pytest.approx(was[7], abs=1.0)
+
+
+@pytest.mark.parametrize("name", ["ardupilot_flight_loiter", "px4_flight_full"])
+def test_modes_and_mission_states_follow_each_other_as_recorded(name: str) -> None:
+    """HEARTBEAT's modes and system status, MISSION_CURRENT and EXTENDED_SYS_STATE, each as it changes."""
+    fields = {
+        "HEARTBEAT": ("base_mode", "custom_mode", "system_status"),
+        "MISSION_CURRENT": ("seq", "total", "mission_state", "mission_mode"),
+        "EXTENDED_SYS_STATE": ("landed_state",),
+    }
+
+    def changes(frames: list[tuple[float, bytes]], kind: str) -> list[tuple[int, ...]]:
+        told = [m for _, m in vehicle_said(frames) if m.get_type() == kind]
+        return [key for key, _ in groupby(tuple(getattr(m, field) for field in fields[kind]) for m in told)]
+
+    for kind in fields:
+        was, now = changes(real(name), kind), changes(mock(name), kind)
+        if kind == "HEARTBEAT":
+            # The mock is up already; PX4's recording ends before the next heartbeat on the ground.
+            was = [each for each in was if each[2]]
+            now = [each for each in now if each in was]
+        if kind == "MISSION_CURRENT":
+            now = [each for each in now if each[0] != 65535]  # shown or not, as it happens, just after an ACK
+        if was and now:
+            assert now == was, kind
 
 
 @pytest.mark.parametrize("name", PX4_FLIGHTS)

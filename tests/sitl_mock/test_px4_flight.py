@@ -201,3 +201,67 @@ def test_a_waypoint_and_a_loiter_at_its_place_hover_as_the_loiter_alone(cruise: 
     for off in (both, alone):
         assert max(off) <= 2.05
         assert 0.4 <= sum(off) / len(off) <= 1.3
+
+
+def test_a_mission_is_flown_again_from_its_beginning() -> None:
+    rig = flown(takeoff(10), stop(20, 0, 1), stop(20, 20, 1), RETURN)
+    rig.heard.clear()
+    rig.start()
+    rig.fly()
+    assert list(rig.reached()) == [0, 1, 3]
+    assert not rig.state.armed
+
+
+def test_an_infeasible_upload_in_flight_makes_it_hover() -> None:
+    """A landing first is stored, and judged after the ACK."""
+    rig = PilotRig("px4")
+    rig.load(takeoff(), stop(200, 0), RETURN)
+    rig.start()
+    rig.run(40)
+    rig.load((LAND, 10.0, 0.0, 0.0, 0.0), stop(0, 100), current=False)
+    rig.run(60)
+    assert rig.state.custom_mode == (4 << 16) | (3 << 24)
+    assert rig.place()[2] > 25
+
+
+def test_clearing_in_flight_makes_it_hover() -> None:
+    rig = PilotRig("px4")
+    rig.load(takeoff(), stop(200, 0), RETURN)
+    rig.start()
+    rig.run(40)
+    rig.clear_by_count()
+    rig.run(20)
+    here = rig.place()
+    rig.run(20)
+    assert rig.off(*here[:2]) < 0.1
+    assert here[2] > 25
+    assert rig.state.armed
+
+
+def test_a_finished_mission_without_return_hovers_in_hold() -> None:
+    rig = PilotRig("px4")
+    rig.load(takeoff(), stop(40, 0, 2))
+    rig.start()
+    rig.run(120)
+    assert list(rig.reached()) == [0, 1]
+    assert rig.state.custom_mode == (4 << 16) | (3 << 24)
+    assert rig.of("MISSION_CURRENT")[-1][1].mission_state == 5
+    assert rig.off(40, 0) < 1.5
+
+
+def test_disarming_in_flight_is_refused_unless_forced() -> None:
+    rig = PilotRig("px4")
+    rig.load(takeoff(), stop(200, 0), RETURN)
+    rig.start()
+    rig.run(40)
+    assert results(rig.send(command(400, 0))) == [1]
+    assert results(rig.send(command(400, 0, 21196))) == [0]
+    rig.run(10)
+    assert rig.place()[2] == 0
+
+
+def test_armed_without_taking_off_it_disarms_itself() -> None:
+    rig = PilotRig("px4")
+    assert results(rig.send(command(400, 1))) == [0]
+    rig.run(11)
+    assert not rig.state.armed
