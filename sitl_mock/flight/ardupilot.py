@@ -137,7 +137,7 @@ class ArduPilotPilot(Pilot):
             mode = Copter(custom_mode)
         except ValueError:
             return False
-        if mode == self.mode and mode != Copter.RTL:
+        if mode == self.mode:
             return True
         if mode not in {Copter.STABILIZE, Copter.ALT_HOLD, Copter.AUTO, Copter.LAND} and not self.ready:
             self.text(f"Mode change to {COPTER_TITLES[mode]} failed: requires position", SEVERITY_WARNING)
@@ -159,6 +159,9 @@ class ArduPilotPilot(Pilot):
         if not self.vehicle.flying:
             if mode in {Copter.RTL, Copter.LAND}:
                 self.do(at, self.disarm)
+            elif self.vehicle.landed == Landed.TAKEOFF:
+                self.stay_down(at)
+                self.await_takeoff(at)
             return
         self.vehicle.landed = Landed.IN_AIR
         if mode == Copter.AUTO:
@@ -198,7 +201,7 @@ class ArduPilotPilot(Pilot):
             self.aim = (n, e, max(up_m, u))
             if not self.vehicle.flying:
                 self.vehicle.landed = Landed.TAKEOFF
-                self.later(at + delay_s, self.lift_off)
+                self.lift_off_at(at + delay_s)
             return at + done_s
 
         return climb
@@ -344,6 +347,8 @@ class ArduPilotPilot(Pilot):
     def _take_off(self, order: Order, now: float) -> int:
         if self.mode != Copter.GUIDED or not self.vehicle.armed or self.vehicle.flying or not order.z > 0:
             return FAILED
+        if self.vehicle.landed == Landed.TAKEOFF:
+            return ACCEPTED
         self.do(now, self.takeoff(self.home_up_m + order.z, legs.TAKEOFF_DELAY_S), self.in_air)
         return ACCEPTED
 

@@ -311,6 +311,16 @@ class Pilot:
         self._watch_at = at + WATCH_S
         self._plan()
 
+    def lift_off_at(self, at: float) -> None:
+        """Leave the ground then, if it is still doing what it is doing now."""
+        turn = self._turn
+        self.later(at, lambda due: self.lift_off(due) if self._turn == turn else None)
+
+    def stay_down(self, at: float) -> None:
+        """Break off a take-off on the ground."""
+        self.body.rest(at)
+        self.vehicle.landed = Landed.ON_GROUND
+
     def lift_off(self, at: float) -> None:
         """Leave the ground."""
         if not self.vehicle.flying:

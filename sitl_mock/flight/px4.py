@@ -185,6 +185,7 @@ class Px4Pilot(Pilot):
         if not self.vehicle.armed:
             return
         if not self.vehicle.flying:
+            self.stay_down(at)
             self.armed_in_mode(at)
             return
         self.vehicle.landed = Landed.IN_AIR
@@ -222,7 +223,7 @@ class Px4Pilot(Pilot):
             if not self.vehicle.flying:
                 self.vehicle.landed = Landed.TAKEOFF
                 self.later(at + DETECT_TAKEOFF_S, lambda _: self.text("Takeoff detected\t"))
-                self.later(at + delay_s, self.lift_off)
+                self.lift_off_at(at + delay_s)
             return at + done_s
 
         return begin
@@ -407,6 +408,8 @@ class Px4Pilot(Pilot):
     def _order_takeoff(self, order: Order, now: float) -> int:
         if not self.ready or self.vehicle.flying:
             return REJECTED
+        if self.vehicle.landed == Landed.TAKEOFF:
+            return ACCEPTED
         self.leave_mission()
         self.vehicle.custom_mode, self.vehicle.in_mission_mode = int(Px4.TAKEOFF), False
         self.vehicle.mode_changes += 1

@@ -15,7 +15,7 @@ from sitl_mock.__main__ import main
 from sitl_mock.wire import Encoder, Parser
 
 from .process import WAIT_S, mock, port_of
-from .rig import ack, count, good_mission, heartbeat, request, request_list
+from .rig import NAN, ack, command, count, good_mission, heartbeat, request, request_list
 
 BOTH = pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
 
@@ -206,6 +206,13 @@ def test_a_port_in_use_is_one_sentence_and_exit_2(kind: str, capfd: pytest.Captu
         ["--firmware", "px4", "--system-id", "256"],
         ["--firmware", "px4", "--capacity", "-1"],
         ["--firmware", "px4", "--seed", "x"],
+        ["--firmware", "px4", "--speed", "0"],
+        ["--firmware", "px4", "--speed", "nan"],
+        ["--firmware", "px4", "--wind", "6@west"],
+        ["--firmware", "px4", "--wind", "-6@0"],
+        ["--firmware", "px4", "--battery-wh", "inf"],
+        ["--firmware", "px4", "--mass-kg", "-2"],
+        ["--firmware", "px4", "--fault", "gust=3/far"],
     ],
 )
 def test_bad_usage_is_exit_2_and_no_traceback(
@@ -275,3 +282,27 @@ def test_main_runs_in_a_thread_where_signals_cannot_be_set(capfd: pytest.Capture
         thread.join(WAIT_S)
     assert codes == [1]
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
+def test_its_time_goes_faster_than_the_clock(firmware: str) -> None:
+    """Booting, 42 s of its own until it may be armed, a climb and a return: seconds at fifty times the speed."""
+    ends = ["--firmware", firmware, "--conn", "udpin:127.0.0.1:0", "--home", "37.4,-122.1,10"]
+    climb = command(22)
+    climb.param7 = 10.0 if firmware == "ardupilot" else NAN
+    orders = [climb, command(400, 1)] if firmware == "px4" else [command(176, 1, 4), command(400, 1), climb]
+    with mock(*ends, "--speed", "50", "--boot") as (_, (line,)):
+        client = udp_client(port_of(line))
+        started = time.monotonic()
+
+        def position_after(messages: list[Any]) -> Any:
+            for message in [*messages, command(511, 33, 500_000)]:
+                client.send(message)
+            return client.wait("GLOBAL_POSITION_INT")
+
+        while position_after(orders).relative_alt < 2000:
+            assert time.monotonic() < started + WAIT_S
+        while position_after([command(20)]).relative_alt > 50:
+            assert time.monotonic() < started + WAIT_S
+        assert time.monotonic() - started > 10 / 50
+        client.sock.close()

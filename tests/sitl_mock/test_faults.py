@@ -3,6 +3,7 @@
 import pytest
 
 from sitl_mock.faults import FAULTS, Faults, Moment, fault_help, parse_faults
+from sitl_mock.flight.faults import AtItem
 from sitl_mock.items import Result
 
 
@@ -65,3 +66,16 @@ def test_every_name_alone_switches_something_on_and_is_in_the_help(name: str) ->
     """Each has a value of its own where none is given."""
     assert parse_faults(name) != Faults()
     assert f"  {name} " in fault_help()
+
+
+def test_faults_in_flight_are_kept_apart_from_those_of_the_radio() -> None:
+    """An item, or an item and how much; without a value the usual one."""
+    flight = parse_faults("hold-cut=4,gust=5/120m,position-lost,battery-drop=2,crash=7").flight
+    assert (flight.hold_cut, flight.battery_drop, flight.crash) == (4, 2, 7)
+    assert flight.gust == AtItem(5, 120.0)
+    assert flight.position_lost == AtItem(3, 20.0)
+    assert not parse_faults("gust,hold-cut").on_the_way
+    assert parse_faults("gust,drop=0.1").on_the_way
+    for wrong in ("gust=3/0m", "gust=x", "position-lost=3/nan", "crash=-1", "gust=3/1e9m"):
+        with pytest.raises(ValueError, match="wants"):
+            parse_faults(wrong)
