@@ -5,6 +5,7 @@ Exit codes: 0 ended by Ctrl-C or SIGTERM, 1 the simulated firmware crashed, 2 us
 
 import argparse
 import contextlib
+import json
 import math
 import signal
 import sys
@@ -98,7 +99,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="sitl_mock",
         description="A mock autopilot: the vehicle's side of MAVLink missions, with the manners of ArduPilot or PX4.",
-        epilog="faults, as in --fault drop=0.3,dup,reorder,delay=200ms:\n" + fault_help(),
+        epilog="example: --firmware ardupilot --conn tcpin:127.0.0.1:5760 --home 47.3977,8.5456,488\n\n"
+        "faults, as in --fault drop=0.3,dup,reorder,delay=200ms:\n" + fault_help(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--firmware", choices=sorted(FIRMWARES), required=True)
@@ -172,6 +174,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--pace", action="store_true", help="answer as slowly as the real autopilot was measured to"
     )
+    parser.add_argument(
+        "--json", action="store_true", help="say where it listens as one JSON object: firmware, system, conn"
+    )
     return parser
 
 
@@ -219,7 +224,10 @@ def main(argv: list[str] | None = None, watch: Callable[[Vehicle], Vehicle] = la
         return 2
     try:
         with contextlib.closing(endpoint), _ended_by_signals():
-            for bound in endpoint.bound:
+            if arguments.json:
+                told = {"firmware": arguments.firmware, "system": arguments.system_id}
+                _say(json.dumps(told | {"conn": [str(bound) for bound in endpoint.bound]}))
+            for bound in () if arguments.json else endpoint.bound:
                 doing = "listening on" if bound.listens else "calling"
                 _say(f"sitl_mock: {firmware.title}, system {arguments.system_id}, {doing} {bound}")
             endpoint.run()

@@ -1,6 +1,7 @@
 """The command line. Each command is a module here, imported only when it runs, so that ``--help`` starts at once.
 
-Errors become a message and an exit code here and nowhere else.
+What all commands have in common is here and nowhere else: their list, the options ``--json``, ``--quiet`` and
+``--verbose``, settings from file and environment, and how errors become a message and an exit code.
 """
 
 import importlib
@@ -12,28 +13,63 @@ from collections.abc import Sequence
 import click
 
 from mavplan import __version__
+from mavplan.cli.common import furnish
+from mavplan.cli.console import Mode, answer_failure, colour, note, say, say_problems
 from mavplan.errors import ExitCode, InputError, MavplanError
 
-COMMANDS: dict[str, tuple[str, str]] = {
-    "init": ("mavplan.cli.init:init_command", "Write a commented scenario to start from."),
-    "plan": ("mavplan.cli.plan:plan_command", "Plan stops, order and holds, and write the mission."),
-    "compare": ("mavplan.cli.compare:compare_command", "Compare all planners on one scenario."),
-    "study": ("mavplan.cli.study:study_command", "Compare the planners on many random draws of users."),
-    "export": ("mavplan.cli.export:export_command", "Write a mission file in another format."),
-    "report": ("mavplan.cli.report:report_command", "Write a plan as one page to look at and print."),
-    "check": ("mavplan.cli.check:check_command", "Check a mission or scenario against a mock vehicle."),
-    "upload": ("mavplan.cli.upload:upload_command", "Upload a mission to a vehicle and read it back."),
-    "download": ("mavplan.cli.download:download_command", "Save the mission that a vehicle holds."),
-    "verify": ("mavplan.cli.verify:verify_command", "Tell whether a vehicle holds this mission."),
-    "fly": ("mavplan.cli.fly:fly_command", "Fly a mission, watch it and record it."),
-    "info": ("mavplan.cli.info:info_command", "Tell what a vehicle is and holds."),
-    "clear": ("mavplan.cli.clear:clear_command", "Delete what a vehicle holds."),
-    "prove": ("mavplan.cli.prove:prove_command", "Work out from a flight's log what every user received."),
-    "replan": ("mavplan.cli.replan:replan_command", "Make a scenario of the users not yet served."),
-    "sim": ("mavplan.cli.sim:sim_command", "Start a mock vehicle to try things on."),
-    "demo": ("mavplan.cli.demo:demo_command", "From a scenario to a verified mission on a mock vehicle."),
+SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
+    "Plan": {
+        "init": ("mavplan.cli.init:init_command", "Write a commented scenario to start from."),
+        "plan": ("mavplan.cli.plan:plan_command", "Plan stops, order and holds, and write the mission."),
+        "compare": ("mavplan.cli.compare:compare_command", "Compare all planners on one scenario."),
+        "study": ("mavplan.cli.study:study_command", "Compare the planners on many random draws of users."),
+    },
+    "Look": {
+        "report": (
+            "mavplan.cli.report:report_command",
+            "Write a plan as one page to look at, print and hand over.",
+        ),
+        "export": ("mavplan.cli.export:export_command", "Write a mission file in another format."),
+    },
+    "Try": {
+        "check": ("mavplan.cli.check:check_command", "Check a mission or scenario against a mock vehicle."),
+        "sim": ("mavplan.cli.sim:sim_command", "Start a mock vehicle to try things on."),
+        "demo": ("mavplan.cli.demo:demo_command", "From a scenario to a verified mission on a mock vehicle."),
+    },
+    "Fly": {
+        "upload": ("mavplan.cli.upload:upload_command", "Upload a mission to a vehicle and read it back."),
+        "fly": ("mavplan.cli.fly:fly_command", "Fly a mission, watch it and record it."),
+        "info": ("mavplan.cli.info:info_command", "Tell what a vehicle is and holds."),
+        "verify": ("mavplan.cli.verify:verify_command", "Tell whether a vehicle holds this mission."),
+        "download": ("mavplan.cli.download:download_command", "Save the mission that a vehicle holds."),
+        "clear": ("mavplan.cli.clear:clear_command", "Delete what a vehicle holds."),
+    },
+    "Prove": {
+        "prove": (
+            "mavplan.cli.prove:prove_command",
+            "Work out from a flight's log what every user received.",
+        ),
+        "replan": ("mavplan.cli.replan:replan_command", "Make a scenario of the users not yet served."),
+    },
 }
-"""Name → where the command is, and its line in ``mavplan --help``."""
+"""What people do → name → where the command is, and its line in ``mavplan --help``."""
+
+COMMANDS = {name: entry for section in SECTIONS.values() for name, entry in section.items()}
+
+EPILOG = """\
+\b
+Examples:
+  mavplan init rescue                                    a scenario to start from
+  mavplan plan rescue/scenario.toml -o rescue.plan       stops, holds, a mission
+  mavplan check rescue.plan                              a mock vehicle flies it
+  mavplan upload rescue.plan --conn udp:0.0.0.0:14550    onto the vehicle, verified
+
+Exit codes: 0 done, 1 a fault of ours, 2 bad input or usage, 3 no link, 4 refused (the vehicle keeps its old mission,
+or was not started), 5 uncertain what the vehicle holds or how a flight ended, 6 a check found something wrong, or a
+flight ended otherwise than planned.
+
+Each command's help has its options and examples: mavplan help COMMAND.
+"""
 
 
 class LazyGroup(click.Group):
@@ -48,25 +84,45 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module, _, attribute = COMMANDS[cmd_name][0].partition(":")
-        command: click.Command = getattr(importlib.import_module(module), attribute)
-        return command
+        return furnish(getattr(importlib.import_module(module), attribute))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that is meant; ``help X`` is ``X --help``, and of a misspelt one the nearest is named."""
+        name, *rest = args
+        if name == "help":
+            if not rest:
+                click.echo(ctx.get_help())
+                ctx.exit()
+            name, rest = rest[0], ["--help"]
+        if name not in COMMANDS and not name.startswith("-") and not ctx.resilient_parsing:
+            import difflib
+
+            near = difflib.get_close_matches(name, [*COMMANDS, "help"], 1)
+            meant = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(COMMANDS)}"
+            ctx.fail(f"{name!r} is no command: {meant}")
+        return super().resolve_command(ctx, [name, *rest])
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of commands without importing any."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+        """Write the list of commands by what people do, without importing any."""
+        width = max(len(name) for name in COMMANDS)
+        for title, commands in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(width), line) for name, (_, line) in commands.items()])
 
 
 @click.group(
     cls=LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit codes: 0 done, 1 a fault of ours, 2 bad input or usage, 3 no link, 4 refused (the vehicle keeps its "
-    "old mission, or was not started), 5 uncertain what the vehicle holds or how a flight ended, 6 a check found "
-    "something wrong, or a flight ended otherwise than planned.",
+    epilog=EPILOG,
 )
 @click.version_option(__version__, prog_name="mavplan")
 def cli() -> None:
     """From people who need a radio link to a verified mission on a drone."""
+
+
+furnish(cli)
 
 
 def main(args: Sequence[str] | None = None) -> None:
@@ -80,14 +136,12 @@ def run(args: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             # An old code page without ρ or Σ shows a question mark, and does not end the command.
             stream.reconfigure(errors="replace")
+    words = list(sys.argv[1:] if args is None else args)
+    mode = Mode()
     try:
-        result = cli.main(args=args, prog_name="mavplan", standalone_mode=False)
-    except MavplanError as error:
-        _say(error)
-        return int(error.exit_code)
-    except click.ClickException as error:
-        error.show()
-        return int(ExitCode.BAD_INPUT)
+        result = cli.main(words, prog_name="mavplan", standalone_mode=False, obj=mode, color=colour())
+    except (MavplanError, click.ClickException) as error:
+        return _failed(error, mode, as_json=mode.as_json or "--json" in words)
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         return 130
@@ -95,15 +149,20 @@ def run(args: Sequence[str] | None = None) -> int:
         # Whoever read our output has gone; the interpreter must not complain about it once more at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return int(ExitCode.DONE)
+    note("done", mode)
     return result if isinstance(result, int) else int(ExitCode.DONE)
 
 
-def _say(error: MavplanError) -> None:
-    """Print an error as a person should see it."""
-    from mavplan.cli.console import printable, say_problems
-
+def _failed(error: MavplanError | click.ClickException, mode: Mode, *, as_json: bool) -> int:
+    """Say what went wrong, to a person and, where nothing was answered yet, to a script; return the exit code."""
+    code = error.exit_code if isinstance(error, MavplanError) else ExitCode.BAD_INPUT
     if isinstance(error, InputError):
         say_problems(error.problems)
+    elif isinstance(error, MavplanError):
+        say("error", str(error))
     else:
-        click.secho("error: ", nl=False, err=True, fg="red")
-        click.echo(printable(str(error)), err=True)
+        error.show()
+    note("done", mode)
+    if as_json and not mode.answered:
+        answer_failure(error, code)
+    return int(code)

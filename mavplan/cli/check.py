@@ -1,13 +1,13 @@
 """``mavplan check``: a mission before anyone goes outside, by readers' rules, uploaded to a mock vehicle and flown."""
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
-from mavplan.errors import CheckError, InputError, Problem
+from mavplan.errors import CheckError, InputError, MavplanError, Problem
 
 if TYPE_CHECKING:
     from mavplan.cli.flight_rehearsal import World
@@ -52,6 +52,7 @@ def check_command(
     mavplan check scenario.toml --firmware px4 --wind 6@270
     mavplan check valley.plan --fault hold-cut=8,position-lost=6/30s
     """
+    from mavplan.cli.console import answer, problem_objects, progress, say_problems, tell, tell_next
     from mavplan.cli.flight_rehearsal import make_world
     from mavplan.cli.rehearsal import rehearse
     from mavplan.mission.autopilots import AUTOPILOTS
@@ -64,77 +65,99 @@ def check_command(
     else:
         found = list(_file_problems(file, autopilot))  # type: ignore[arg-type]
         missions = list(_read(file, autopilot))  # type: ignore[arg-type]
-        click.echo(f"{file}: {_verdict(found)}")
+        tell(f"{file}: {_verdict(found)}")
         wrong = sum(problem.severity == "error" for problem in found)
-    _say(found)
+    say_problems(found)
+    vehicles: list[dict[str, Any]] = []
     for firmware, mission, plan in missions:
-        wrong += 0 if plan is None or proves(plan) else 1
-        outcome = rehearse(mission, firmware)
-        click.echo(_outcome(AUTOPILOTS[firmware].title, outcome))
+        title = AUTOPILOTS[firmware].title
+        proved = None if plan is None else proves(plan)
+        with progress(f"uploading: mock {title}"):
+            outcome = rehearse(mission, firmware)
+        tell(_outcome(title, outcome))
+        flight = None
         if outcome.report is None:
-            wrong += 1
             print_stored(outcome)
-            _say(outcome.error.problems if isinstance(outcome.error, InputError) else ())
+            say_problems(outcome.error.problems if isinstance(outcome.error, InputError) else ())
         elif plan is not None and not no_flight:
-            wrong += 0 if flies(mission, plan, world) else 1
+            flight = flies(mission, plan, world)
+        well = outcome.report is not None and proved is not False and (flight is None or flight["ok"])
+        wrong += 0 if well else 1
+        told = {"autopilot": firmware, "ok": well, "stored": outcome.report is not None}
+        vehicles.append(told | {"error": _words(outcome.error), "bound_proved": proved, "flight": flight})
+    answer({"ok": not wrong, "file": str(file), "readers": problem_objects(found), "vehicles": vehicles})
     if wrong:
         raise CheckError(f"{file}: do not fly this before it is mended")
+    if file.suffix.lower() == ".toml":
+        tell_next("mavplan", "plan", file, why="writes the mission")
+    else:
+        tell_next("mavplan", "upload", file, "--conn", "udp:0.0.0.0:14550", why="onto your vehicle")
 
 
-def proves(plan: "StoredPlan") -> bool:
-    """Check the proof of a plan's bound, where it holds one, print what it proves, and return whether it does."""
+def _words(error: MavplanError | None) -> str | None:
+    return None if error is None else str(error)
+
+
+def proves(plan: "StoredPlan") -> bool | None:
+    """Check the proof of a plan's bound, where it holds one, print what it proves, and return whether it does.
+
+    None: it holds none.
+    """
     from mavplan.bounds.path import CertificateError
     from mavplan.bounds.stored import prove_bound
+    from mavplan.cli.console import note, say_problems, tell
 
+    note("checking the proof of the plan's bound")
     try:
         found = prove_bound(plan)
     except CertificateError as error:
-        _say([Problem(f"{plan.label}, certificate", str(error), "certificate")])
+        say_problems([Problem(f"{plan.label}, certificate", str(error), "certificate")])
         return False
     if found is not None:
         what = "path and way home" if found.stated.objective == "tour_m" else "path"
-        click.echo(f"plan: {what} {found.stated.plan:,.1f} m, proved anew: at least {found.proved:,.1f} m")
-    return True
+        tell(f"plan: {what} {found.stated.plan:,.1f} m, proved anew: at least {found.proved:,.1f} m")
+    return None if found is None else True
 
 
-def flies(mission: "Mission", plan: "StoredPlan", world: "World") -> bool:
-    """Fly a mission on the mock, print what every user received, and return whether all was well."""
-    from mavplan.cli.console import progress
+def flies(mission: "Mission", plan: "StoredPlan", world: "World") -> dict[str, Any]:
+    """Fly a mission on the mock, print what every user received, and return it: ``ok`` where all was well."""
+    from mavplan.cli.console import progress, say_problems, tell
     from mavplan.cli.flight_rehearsal import idle_faults, rehearse_flight
-    from mavplan.cli.proof_tables import print_proof, shortfall
+    from mavplan.cli.proof_tables import print_proof, shortfall, to_json
     from mavplan.mission.autopilots import AUTOPILOTS
     from mavplan.proof.prove import prove
     from mavplan.track.telemetry import read_tlog
 
     name = f"mock {AUTOPILOTS[plan.autopilot].title}"
-    _say(idle_faults(mission, world))
+    say_problems(idle_faults(mission, world))
     vehicle = plan.scenario.vehicle
-    with progress(f"flying: {name}") as tell:
+    with progress(f"flying: {name}") as move:
         flown = rehearse_flight(
-            mission, world, mass_kg=vehicle.mass_kg, battery_wh=vehicle.battery_wh, progress=tell
+            mission, world, mass_kg=vehicle.mass_kg, battery_wh=vehicle.battery_wh, progress=move
         )
-    click.echo(f"{name}: {flown.report.words if flown.report else 'NOT flown'}")
+    tell(f"{name}: {flown.report.words if flown.report else 'NOT flown'}")
     if flown.error is not None:
-        _say([Problem(name, str(flown.error), "flight")])
+        say_problems([Problem(name, str(flown.error), "flight")])
+    told = {"ok": False, "ended": flown.report.words if flown.report else None, "error": _words(flown.error)}
     if flown.report is None:
-        return False
+        return told | {"proof": None}
     try:
         proof = prove(plan, read_tlog(flown.tlog, name))
     except InputError as error:
-        _say(error.problems)
-        return False
-    _say(proof.notes)
-    click.echo()
+        say_problems(error.problems)
+        return told | {"proof": None}
+    say_problems(proof.notes)
+    tell()
     print_proof(proof)
-    click.echo()
+    tell()
     if not proof.all_met:
-        _say([Problem(name, str(shortfall(proof)), "short")])
-    return proof.all_met and flown.error is None
+        say_problems([Problem(name, str(shortfall(proof)), "short")])
+    return told | {"ok": proof.all_met and flown.error is None, "proof": to_json(proof)}
 
 
 def _planned(path: Path, wanted: "Autopilot | None") -> "Iterator[_Checked]":
     """Plan a scenario for each firmware."""
-    from mavplan.cli.console import progress
+    from mavplan.cli.console import progress, say_problems
     from mavplan.mission.model import Autopilot
     from mavplan.plan import make_plan
     from mavplan.plan_file import dumps
@@ -150,11 +173,12 @@ def _planned(path: Path, wanted: "Autopilot | None") -> "Iterator[_Checked]":
             plan = make_plan(dataclasses.replace(scenario, vehicle=vehicle), progress=tell)
         warnings |= {str(problem): problem for problem in plan.warnings}
         yield firmware, plan.built.mission, parse_plan(dumps(plan), str(path))
-    _say(warnings.values())
+    say_problems(warnings.values())
 
 
 def _read(path: Path, wanted: "Autopilot | None") -> "Iterator[_Checked]":
     """Read a mission file, for the firmware it is for, or for both, with the plan beside it where it is this one's."""
+    from mavplan.cli.console import say_problems
     from mavplan.cli.fly_setup import plan_of
     from mavplan.flight.route import make_route
     from mavplan.formats.beside import read_known_mission
@@ -162,11 +186,11 @@ def _read(path: Path, wanted: "Autopilot | None") -> "Iterator[_Checked]":
     from mavplan.mission.model import Autopilot
 
     mission = read_known_mission(path, wanted)
-    _say(mission.warnings)
+    say_problems(mission.warnings)
     firmwares: Sequence[Autopilot] = (mission.autopilot,) if mission.autopilot else get_args(Autopilot)
     for firmware in firmwares:
         plan, noticed = plan_of(path, make_route(mission, AUTOPILOTS[firmware]))
-        _say(noticed)
+        say_problems(noticed)
         known = plan if plan is not None and plan.autopilot == firmware else None
         yield firmware, dataclasses.replace(mission, autopilot=firmware), known
 
@@ -180,12 +204,6 @@ def _file_problems(path: Path, wanted: "Autopilot | None") -> "Iterator[Problem]
     yield from reader_problems(path, mission)
     foreign = mavsdk_problems if path.suffix.lower() == ".plan" else pymavlink_problems
     yield from foreign(path, mission)
-
-
-def _say(problems: Iterable[Problem]) -> None:
-    from mavplan.cli.console import say_problems
-
-    say_problems(problems)
 
 
 def _verdict(found: Sequence[Problem]) -> str:
@@ -205,16 +223,14 @@ def _outcome(title: str, outcome: "Rehearsal") -> str:
 
 def print_stored(outcome: "Rehearsal") -> None:
     """Print, item by item, what the mock holds otherwise than it was sent."""
-    from rich.table import Table
-
-    from mavplan.cli.console import stdout
+    from mavplan.cli.console import plain_table, print_table
 
     if not outcome.differences:
         return
-    table = Table(box=None)
+    table = plain_table()
     for heading in ("item", "field", "sent", "stored", ""):
         table.add_column(heading)
     for found in outcome.differences:
         item = "" if found.seq is None else str(found.seq)
         table.add_row(item, found.field, f"{found.sent:.9g}", f"{found.stored:.9g}", str(found))
-    stdout().print(table)
+    print_table(table)

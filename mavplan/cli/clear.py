@@ -1,6 +1,5 @@
 """``mavplan clear``: delete the mission, the fence or the rally points that a vehicle holds."""
 
-import json
 from pathlib import Path
 
 import click
@@ -20,7 +19,6 @@ MISSION, FENCE, RALLY = 0, 1, 2
 @click.option("--all", "everything", is_flag=True, help="Clear the mission, the fence and the rally points.")
 @click.option("--yes", is_flag=True, help="Do not ask.")
 @click.option("--allow-armed", is_flag=True, help="Clear also on a vehicle that is armed.")
-@click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def clear_command(
     conn: str,
     fence: bool,
@@ -31,7 +29,6 @@ def clear_command(
     timeout_s: float,
     allow_armed: bool,
     signing_key: Path | None,
-    as_json: bool,
 ) -> None:
     """Delete the mission that a vehicle holds, or with an option its fence or rally points.
 
@@ -42,6 +39,7 @@ def clear_command(
     mavplan clear --conn udp:0.0.0.0:14550
     mavplan clear --conn udp:0.0.0.0:14550 --all --yes
     """
+    from mavplan.cli.console import answer, tell
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.report import THINGS
     from mavplan.link.services import clear_vehicle
@@ -69,21 +67,17 @@ def clear_command(
                 progress=show,
             )
     except MavplanError as error:
-        tell_failure(error, as_json)
+        tell_failure(error)
         raise
-    if as_json:
-        told = {
-            "outcome": "cleared",
-            "cleared": list(report.cleared),
-            "autopilot": report.autopilot,
-            "system": report.vehicle.system,
-        }
-        click.echo(json.dumps(told))
-    else:
-        title = AUTOPILOTS[report.autopilot].title
-        click.echo(
-            f"cleared: {title}, system {report.vehicle.system}, holds no {' and no '.join(report.cleared)}"
-        )
+    title = AUTOPILOTS[report.autopilot].title
+    tell(f"cleared: {title}, system {report.vehicle.system}, holds no {' and no '.join(report.cleared)}")
+    told = {
+        "outcome": "cleared",
+        "cleared": list(report.cleared),
+        "autopilot": report.autopilot,
+        "system": report.vehicle.system,
+    }
+    answer(told)
 
 
 def _ask(question: str) -> None:

@@ -1,7 +1,6 @@
 """``mavplan compare``: every planner on the same users, beside the benchmark."""
 
 import dataclasses
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,9 +26,8 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Draw the plans side by side: .png, .svg or .pdf.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def compare_command(
-    scenario: Path, clusters: int | str | None, seed: int | None, picture: Path | None, as_json: bool
+    scenario: Path, clusters: int | str | None, seed: int | None, picture: Path | None
 ) -> None:
     """Plan SCENARIO with every planner and show stops, length, throughput and time of each.
 
@@ -39,7 +37,7 @@ def compare_command(
     mavplan compare scenario.toml
     mavplan compare scenario.toml --clusters 4 -o compare.png
     """
-    from mavplan.cli.console import progress, say_problems
+    from mavplan.cli.console import answer, progress, say_problems, tell_next, tell_written
     from mavplan.comparison import compare
     from mavplan.figures.files import check_picture, draw_comparison
     from mavplan.formats.atomic import atomic_write
@@ -53,12 +51,13 @@ def compare_command(
     if picture is not None:
         atomic_write(picture, draw_comparison(found, picture))
     say_problems(loaded.warnings)
-    if as_json:
-        click.echo(json.dumps(to_json(found), allow_nan=False))
-        return
     print_comparison(found)
-    if picture is not None:
-        click.echo(f"written: {picture}")
+    written = [] if picture is None else [picture]
+    if written:
+        tell_written(written)
+    answer(to_json(found) | {"written": [str(path) for path in written]})
+    best = max(found.rows, key=lambda row: row.joint_index or 0.0).planner
+    tell_next("mavplan", "plan", scenario, "--planner", best, why="of the greatest index")
 
 
 def to_json(found: "Comparison") -> dict[str, Any]:
@@ -72,14 +71,12 @@ def to_json(found: "Comparison") -> dict[str, Any]:
 
 def print_comparison(found: "Comparison") -> None:
     """Print a row for each planner, and how few stops would do."""
-    from rich.table import Table
+    from mavplan.cli.console import clock, plain_table, print_table, tell
 
-    from mavplan.cli.console import clock, stdout
-
-    table = Table(box=None)
+    table = plain_table()
     table.add_column("planner", no_wrap=True)
     energy = all(row.energy_wh is not None for row in found.rows)
-    headings = ["K", "stops", "D2D", "length m", "/SBW", "Σ rate", "/SBW", "index ρe", "hover", "mission"]
+    headings = ["K", "stops", "D2D", "length\nm", "/SBW", "Σ rate", "/SBW", "ρe", "hover", "mission"]
     for heading in [*headings, *(["Wh"] if energy else [])]:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in found.rows:
@@ -97,11 +94,11 @@ def print_comparison(found: "Comparison") -> None:
             clock(row.mission_s),
             *([f"{row.energy_wh:,.1f}"] if energy else []),
         )
-    stdout().print(table)
-    click.echo()
-    click.echo(f"fewest stops that reach every user: {found.least_stops}")
-    click.echo(f"fewest stops that reach every user or its mate: {found.least_stops_with_d2d}")
-    click.echo("Σ rate in bit/s/Hz; ρe = (Σ rate/SBW)/(length/SBW), greater is better")
+    print_table(table)
+    tell()
+    tell(f"fewest stops that reach every user: {found.least_stops}")
+    tell(f"fewest stops that reach every user or its mate: {found.least_stops_with_d2d}")
+    tell("Σ rate in bit/s/Hz; index ρe = (Σ rate/SBW)/(length/SBW), greater is better")
 
 
 def _ratio(value: float | None) -> str:

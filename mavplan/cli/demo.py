@@ -32,44 +32,49 @@ def demo_command(scenario: Path | None, out: Path) -> None:
     mavplan demo
     mavplan demo missions/coast/scenario.toml --out out/coast
     """
-    from mavplan.cli.console import progress, say_problems
-    from mavplan.cli.init import TEMPLATE, init_command
+    from mavplan.cli.console import answer, progress, say_problems, tell, tell_next, tell_written
+    from mavplan.cli.init import TEMPLATE, write_template
     from mavplan.cli.outputs import write_outputs
     from mavplan.cli.tables import print_plan
-    from mavplan.cli.upload import link_progress, summary
+    from mavplan.cli.upload import link_progress, success, summary
     from mavplan.formats import read_mission
     from mavplan.link.connection import open_connection
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import upload_mission
     from mavplan.plan import make_plan
+    from mavplan.plan_file import summary as plan_summary
     from mavplan.scenario import load_scenario
 
     if scenario is None:
         scenario = out / TEMPLATE[0]
         if not scenario.is_file():
-            click.get_current_context().invoke(init_command, folder=out)
+            tell_written(write_template(out))
     loaded = load_scenario(scenario)
     make_folder(out)
-    click.echo(f"1. plan {scenario}\n")
-    with progress("planning") as tell:
-        plan = make_plan(loaded, progress=tell)
+    tell(f"1. plan {scenario}\n")
+    with progress("planning") as move:
+        plan = make_plan(loaded, progress=move)
     print_plan(plan)
     name = scenario.resolve().parent.name if scenario.stem == "scenario" else scenario.stem
     written, warnings = write_outputs(
         plan, [out / f"{name}{suffix}" for suffix in (".plan", ".waypoints", ".png")]
     )
     say_problems([*plan.warnings, *warnings])
-    click.echo(f"\n2. upload {written[0]} to a mock {plan.rules.title}")
+    tell(f"\n2. upload {written[0]} to a mock {plan.rules.title}")
     with mock_vehicle(
         plan.rules.name, loaded.home.lat_deg, loaded.home.lon_deg, loaded.home.alt_amsl_m
     ) as port:
         endpoint = parse_endpoint(f"udpout:127.0.0.1:{port}")
         with open_connection(endpoint) as connection, link_progress("uploading") as show:
             report = upload_mission(read_mission(written[0]), connection, place=str(endpoint), progress=show)
-    click.echo(f"   {summary(report)}")
-    click.echo("\n3. the files")
+    tell(f"   {summary(report)}")
+    tell("\n3. the files")
     for path in written:
-        click.echo(f"   {path}")
+        tell(f"   {path}")
+    answer(
+        {"plan": plan_summary(plan), "upload": success(report), "written": [str(path) for path in written]}
+    )
+    tell_next("mavplan", "report", written[0], why="the plan as a page to look at")
 
 
 def make_folder(folder: Path) -> None:

@@ -1,6 +1,5 @@
 """``mavplan download``: the mission that a vehicle holds, with its fence and rally points, into a file."""
 
-import json
 from pathlib import Path
 
 import click
@@ -25,7 +24,6 @@ from mavplan.errors import MavplanError
 )
 @click.option("--mission-only", is_flag=True, help="Leave out its fence and its rally points.")
 @via_option
-@click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def download_command(
     conn: str,
     output: Path,
@@ -35,7 +33,6 @@ def download_command(
     mission_only: bool,
     signing_key: Path | None,
     via: str,
-    as_json: bool,
 ) -> None:
     """Write the mission that a vehicle holds to FILE, with its fence and rally points; nothing on it is changed.
 
@@ -46,7 +43,7 @@ def download_command(
     \b
     mavplan download --conn udp:0.0.0.0:14550 -o held.plan
     """
-    from mavplan.cli.console import counted, say_problems
+    from mavplan.cli.console import answer, counted, say_problems, tell
     from mavplan.formats import format_of, write_mission
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import download_mission
@@ -70,26 +67,24 @@ def download_command(
                 via=via,  # type: ignore[arg-type]
             )
     except MavplanError as error:
-        tell_failure(error, as_json)
+        tell_failure(error)
         raise
     say_problems(held.warnings)
     warnings = write_mission(held.mission, output)
     say_problems(warnings)
-    if as_json:
-        told = {
-            "outcome": "downloaded",
-            "items": len(held.mission.items),
-            "fence_items": held.fence_items,
-            "rally_items": held.rally_items,
-            "autopilot": held.mission.autopilot,
-            "file": str(output),
-            "warnings": [str(problem) for problem in (*held.warnings, *warnings)],
-        }
-        click.echo(json.dumps(told))
-    else:
-        counts = [f"{len(held.mission.items)} items"]
-        if held.fence_items:
-            counts.append(f"{held.fence_items} of the fence")
-        if held.rally_items:
-            counts.append(counted(held.rally_items, "rally point"))
-        click.echo(f"written: {output}, {', '.join(counts)}")
+    counts = [f"{len(held.mission.items)} items"]
+    if held.fence_items:
+        counts.append(f"{held.fence_items} of the fence")
+    if held.rally_items:
+        counts.append(counted(held.rally_items, "rally point"))
+    tell(f"written: {output}, {', '.join(counts)}")
+    told = {
+        "outcome": "downloaded",
+        "items": len(held.mission.items),
+        "fence_items": held.fence_items,
+        "rally_items": held.rally_items,
+        "autopilot": held.mission.autopilot,
+        "file": str(output),
+        "warnings": [str(problem) for problem in (*held.warnings, *warnings)],
+    }
+    answer(told)

@@ -39,7 +39,7 @@ def export_command(file: Path, outputs: tuple[Path, ...], autopilot: str | None)
     mavplan export valley.plan -o valley.kml -o valley.gpx
     mavplan export survey.waypoints --autopilot ardupilot -o survey.plan
     """
-    from mavplan.cli.console import say_problems
+    from mavplan.cli.console import answer, say_problems, tell_written
     from mavplan.cli.outputs import check_suffixes
     from mavplan.formats import FORMATS, format_of, write_all
     from mavplan.formats.beside import plan_path, read_known_mission
@@ -65,7 +65,8 @@ def export_command(file: Path, outputs: tuple[Path, ...], autopilot: str | None)
             contents[plan_path(output)] = beside.read_bytes()
     write_all(contents.items())
     say_problems(warnings)
-    click.echo(f"written: {', '.join(str(path) for path in contents)}")
+    tell_written(contents)
+    answer({"written": [str(path) for path in contents]})
 
 
 def _plan_beside(beside: Path, needed_by: Path | None) -> "StoredPlan | None":

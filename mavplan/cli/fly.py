@@ -1,6 +1,5 @@
 """``mavplan fly``: a mission from the list before the start to the motors' stop, watched and recorded."""
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -77,7 +76,6 @@ INTERRUPTED = 130
     help="Where the recording goes, which must not be there. Default: beside FILE, with date and time.",
 )
 @click.option("--no-record", is_flag=True, help="Record nothing.")
-@click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object at the end.")
 def fly_command(
     file: Path,
     conn: str,
@@ -94,7 +92,6 @@ def fly_command(
     arm_s: float,
     record_file: Path | None,
     no_record: bool,
-    as_json: bool,
 ) -> int:
     """Fly the mission in FILE (.plan or .waypoints) that the vehicle holds: check, ask, arm, start, watch, record.
 
@@ -108,7 +105,7 @@ def fly_command(
     mavplan fly valley.plan --conn udp:0.0.0.0:14550
     mavplan fly valley.plan --conn udp:0.0.0.0:14550 --upload
     """
-    from mavplan.cli.console import is_terminal, say_problems
+    from mavplan.cli.console import is_terminal, say_problems, tell_next
     from mavplan.cli.fly_console import FlyConsole
     from mavplan.cli.fly_setup import Setup, make_session, open_recording, read_flight
     from mavplan.flight.run import fly
@@ -147,7 +144,10 @@ def fly_command(
         say_problems([Problem(str(recording.path), message, "recording", "warning")])
     if session.uploaded is not None:
         say_problems([*session.uploaded.warnings, *remember_vehicle(file, session.uploaded)])
-    return _end(session, console.interrupted, kept, as_json)
+    code = _end(session, console.interrupted, kept)
+    if kept is not None and code == ExitCode.DONE:
+        tell_next("mavplan", "prove", kept, "--plan", file, why="what every user received")
+    return code
 
 
 def _check_usage(upload: bool, watch: bool, record_file: Path | None, no_record: bool) -> None:
@@ -197,7 +197,7 @@ def _kept(session: "FlySession", to: "Recording | None", *, asked_for: bool) -> 
     return str(to.path)
 
 
-def _end(session: "FlySession", interrupted: bool, recording: str | None, as_json: bool) -> int:
+def _end(session: "FlySession", interrupted: bool, recording: str | None) -> int:
     """Say what came of it.
 
     Raises
@@ -205,6 +205,7 @@ def _end(session: "FlySession", interrupted: bool, recording: str | None, as_jso
     MavplanError
         It was not flown to its end.
     """
+    from mavplan.cli.console import answer, tell
     from mavplan.cli.fly_view import report_object, summary
 
     report, error = session.report, session.error
@@ -212,15 +213,14 @@ def _end(session: "FlySession", interrupted: bool, recording: str | None, as_jso
     if interrupted and isinstance(error, RefusedError):
         code = INTERRUPTED
     message = str(error) if error is not None else (report.words if report is not None else "")
-    if as_json:
-        outcome = error.exit_code.name.lower() if error is not None else "done"
-        found = report_object(
-            report, session.checks, outcome=outcome, exit_code=code, message=message, recording=recording
-        )
-        click.echo(json.dumps(found, ensure_ascii=False))
-    elif report is not None:
+    outcome = error.exit_code.name.lower() if error is not None else "done"
+    found = report_object(
+        report, session.checks, outcome=outcome, exit_code=code, message=message, recording=recording
+    )
+    answer(found)
+    if report is not None:
         words = f"{report.words}: " if error is None else ""
-        click.echo(f"{words}{summary(report, recording)}")
+        tell(f"{words}{summary(report, recording)}")
     if code == INTERRUPTED:
         click.echo(message, err=True)
         return code

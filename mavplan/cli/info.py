@@ -1,6 +1,5 @@
 """``mavplan info``: what a vehicle is and holds."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,28 +13,24 @@ if TYPE_CHECKING:
 
 @click.command("info", short_help="Tell what a vehicle is and holds.")
 @link_options(30.0)
-@click.option("--json", "as_json", is_flag=True, help="Print it as one JSON object.")
-def info_command(
-    conn: str, system: int | None, timeout_s: float, signing_key: Path | None, as_json: bool
-) -> None:
+def info_command(conn: str, system: int | None, timeout_s: float, signing_key: Path | None) -> None:
     """Tell what a vehicle is and what it holds; nothing is changed.
 
     \b
     mavplan info --conn udp:0.0.0.0:14550
     """
-    from mavplan.cli.console import printable, say_problems
+    from mavplan.cli.console import answer, note, printable, say_problems, tell
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.services import vehicle_info
 
     endpoint = parse_endpoint(conn)
+    note(f"asking the vehicle at {endpoint}")
     with open_link(endpoint, timeout_s, signing_key) as connection:
         info = vehicle_info(connection, deadline_s=timeout_s, system=system, place=str(endpoint))
     say_problems(info.warnings)
-    if as_json:
-        click.echo(json.dumps(_document(info)))
-        return
     for name, words in _lines(info):
-        click.echo(f"{name:<14}{printable(words)}")
+        tell(f"{name:<14}{printable(words)}")
+    answer(_document(info))
 
 
 def _lines(info: "VehicleInfo") -> list[tuple[str, str]]:

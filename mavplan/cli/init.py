@@ -18,6 +18,26 @@ def init_command(folder: Path) -> None:
     """Write a commented scenario.toml and a users.csv of made-up users into FOLDER (default: this one).
 
     Nothing that is there already is overwritten.
+
+    \b
+    mavplan init rescue
+    """
+    from mavplan.cli.console import answer, tell, tell_written
+
+    scenario, users = written = write_template(folder)
+    tell_written(written)
+    tell(f"next: put your own home and radio into {scenario} and your users into {users}, then")
+    tell(f"  mavplan plan {scenario}")
+    answer({"written": [str(path) for path in written]})
+
+
+def write_template(folder: Path) -> tuple[Path, Path]:
+    """Write the `TEMPLATE` into a folder, made where it is not there, and return the files.
+
+    Raises
+    ------
+    InputError
+        Something is in the way.
     """
     targets = {folder / name: template_text(name) for name in TEMPLATE}
     in_the_way = [
@@ -34,9 +54,7 @@ def init_command(folder: Path) -> None:
         raise InputError([Problem(str(folder), message, "no-folder")]) from error
     write_all(targets.items())
     scenario, users = targets
-    click.echo(f"written: {scenario}, {users}")
-    click.echo(f"next: put your own home and radio into {scenario} and your users into {users}, then")
-    click.echo(f"  mavplan plan {scenario}")
+    return scenario, users
 
 
 def template_text(name: str) -> str:

@@ -1,7 +1,6 @@
 """``mavplan plan``: from a scenario to a table, a mission file and the plan beside it."""
 
 import dataclasses
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,6 @@ if TYPE_CHECKING:
     from mavplan.scenario.model import Scenario
 
 HOVER_STYLES = ("waypoint+loiter", "loiter", "hold")
-SECONDS_BEFORE_PROGRESS = 2.0
 
 
 class Clusters(click.ParamType[int | str]):
@@ -70,7 +68,6 @@ class Clusters(click.ParamType[int | str]):
     "Default: the scenario's name with .plan, in this folder.",
 )
 @click.option("--items", is_flag=True, help="Print time and energy of every mission item too.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def plan_command(
     scenario: Path,
     planner: str | None,
@@ -81,7 +78,6 @@ def plan_command(
     hover: str,
     outputs: tuple[Path, ...],
     items: bool,
-    as_json: bool,
 ) -> None:
     """Plan a flight for SCENARIO (a scenario.toml) and write it as a mission.
 
@@ -92,29 +88,33 @@ def plan_command(
     mavplan plan scenario.toml --items
     mavplan plan scenario.toml --json | jq .mission_s
     """
-    from mavplan.cli.console import progress, say_problems
+    from mavplan.cli.console import answer, note, progress, say_problems, tell, tell_next, tell_written
     from mavplan.cli.outputs import check_outputs, write_outputs
     from mavplan.cli.tables import print_items, print_plan
+    from mavplan.formats import FORMATS
     from mavplan.plan import make_plan
     from mavplan.plan_file import summary
     from mavplan.scenario import load_scenario
 
     outputs = outputs or (Path(scenario.with_suffix(".plan").name),)
     check_outputs(outputs)
+    note(f"reading {scenario}")
     loaded = with_options(load_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s)
-    with progress("planning") as tell:
-        made = make_plan(loaded, hover, tell)  # type: ignore[arg-type]
+    with progress("planning") as move:
+        made = make_plan(loaded, hover, move)  # type: ignore[arg-type]
+    note("writing")
     written, warnings = write_outputs(made, outputs)
     say_problems([*made.warnings, *warnings])
-    if as_json:
-        click.echo(json.dumps(summary(made), ensure_ascii=False, allow_nan=False))
-        return
     print_plan(made)
     if items:
-        click.echo()
+        tell()
         print_items(made)
-        click.echo()
-    click.echo(f"written: {', '.join(str(path) for path in written)}")
+        tell()
+    tell_written(written)
+    answer(summary(made) | {"written": [str(path) for path in written]})
+    mission = next((path for path in written if path.suffix.lower() in FORMATS), None)
+    if mission is not None:
+        tell_next("mavplan", "check", mission, why="a mock vehicle flies it")
 
 
 def with_options(

@@ -3,10 +3,9 @@
 from collections.abc import Iterator
 from typing import Any
 
-import click
 import numpy as np
 
-from mavplan.cli.console import clock, counted, printable, stdout
+from mavplan.cli.console import clock, counted, plain_table, print_table, printable, tell
 from mavplan.cli.tables import stopwatch
 from mavplan.errors import CheckError
 from mavplan.proof.model import FlownStop, Proof
@@ -21,18 +20,16 @@ MOST_NAMED = 5
 def print_proof(proof: Proof) -> None:
     """Print users, stops and totals."""
     _print_users(proof)
-    click.echo()
+    tell()
     _print_stops(proof)
-    click.echo()
+    tell()
     for line in totals(proof):
-        click.echo(line)
+        tell(line)
 
 
 def _print_users(proof: Proof) -> None:
-    from rich.table import Table
-
     users, d2d = proof.plan.scenario.users, bool(proof.plan.d2d.any())
-    table = Table(title="users, Mbit", title_justify="left", box=None)
+    table = plain_table("users, Mbit")
     table.add_column("user")
     for heading in ("stop", "demand", "hovering", "in flight", *(["by D2D"] if d2d else []), "short"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -50,9 +47,9 @@ def _print_users(proof: Proof) -> None:
             printable(proof.reasons.get(user, "")).replace("\n", " "),
         ]
         table.add_row(*cells)
-    stdout().print(table)
+    print_table(table)
     if len(met) > MOST_MET:
-        click.echo(f"and {counted(len(met) - MOST_MET, 'user')} more whose demand is met")
+        tell(f"and {counted(len(met) - MOST_MET, 'user')} more whose demand is met")
 
 
 def _mbit(bits: float) -> str:
@@ -71,25 +68,23 @@ def _in_flight(proof: Proof, user: int) -> str:
 
 
 def _print_stops(proof: Proof) -> None:
-    from rich.table import Table
-
-    table = Table(title="stops", title_justify="left", box=None)
+    table = plain_table("stops")
     headings = (
-        "planned s",
-        "held s",
+        "planned\ns",
+        "held\ns",
         "began",
         "forecast",
-        "off place m",
-        "most m",
-        "height m",
-        "not counted s",
+        "off\nplace m",
+        "most\nm",
+        "height\nm",
+        "not\ncounted s",
     )
     for heading in ("stop", *headings):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("known by")
     for number, stop in enumerate(proof.stops, start=1):
         table.add_row(str(number), *_stop_cells(stop))
-    stdout().print(table)
+    print_table(table)
 
 
 def _stop_cells(stop: FlownStop) -> list[str]:
@@ -115,7 +110,7 @@ def _stop_cells(stop: FlownStop) -> list[str]:
         f"{stop.most_away_m:,.1f}",
         "–" if stop.higher_m is None else f"{stop.higher_m:+,.1f}",
         f"{stop.uncounted_s:,.1f}" if stop.uncounted_s > 0.05 else "–",
-        "the vehicle's words" if stop.by == "vehicle" else "its track",
+        "its words" if stop.by == "vehicle" else "its track",
     ]
 
 

@@ -1,6 +1,5 @@
 """``mavplan prove``: from a flight's log, what every user of the plan really received."""
 
-import json
 from pathlib import Path
 
 import click
@@ -31,14 +30,12 @@ import click
     metavar="FILE",
     help="Draw the track over the plan: .png, .svg or .pdf.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the tables.")
 def prove_command(
     track: Path,
     plan_file: Path,
     system: int | None,
     in_flight: bool | None,
     picture: Path | None,
-    as_json: bool,
 ) -> None:
     """Work out what every user received in the flight that TRACK recorded.
 
@@ -50,7 +47,7 @@ def prove_command(
     mavplan prove flight.tlog --plan valley.mavplan.json -o proof.png
     mavplan prove 00000012.BIN --plan valley.plan --json
     """
-    from mavplan.cli.console import say_problems
+    from mavplan.cli.console import answer, note, progress, say_problems, tell_next, tell_written
     from mavplan.cli.proof_tables import print_proof, shortfall, to_json
     from mavplan.figures.files import check_picture, draw_proof
     from mavplan.formats.atomic import atomic_write
@@ -61,15 +58,20 @@ def prove_command(
     if picture is not None:
         check_picture(picture)
     plan = read_plan(plan_file)
-    proof = prove(plan, read_track(track, system), in_flight)
+    with progress(f"reading {track}"):
+        flown = read_track(track, system)
+    note("proving")
+    proof = prove(plan, flown, in_flight)
     if picture is not None:
         atomic_write(picture, draw_proof(proof, picture))
     say_problems(proof.notes)
-    if as_json:
-        click.echo(json.dumps(to_json(proof), ensure_ascii=False, allow_nan=False))
-    else:
-        print_proof(proof)
-        if picture is not None:
-            click.echo(f"written: {picture}")
+    print_proof(proof)
+    written = [] if picture is None else [picture]
+    if written:
+        tell_written(written)
+    answer(to_json(proof) | {"written": [str(path) for path in written]})
     if not proof.all_met:
+        tell_next(
+            "mavplan", "replan", track, "--plan", plan_file, "-o", "rest", why="a scenario of who is left"
+        )
         raise shortfall(proof)

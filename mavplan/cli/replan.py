@@ -48,7 +48,16 @@ def replan_command(
     mavplan replan flight.tlog --plan valley.mavplan.json -o rest
     mavplan plan rest/scenario.toml
     """
-    from mavplan.cli.console import counted, printable, say_problems
+    from mavplan.cli.console import (
+        answer,
+        counted,
+        printable,
+        progress,
+        say_problems,
+        tell,
+        tell_next,
+        tell_written,
+    )
     from mavplan.formats.atomic import write_all
     from mavplan.proof.prove import prove
     from mavplan.proof.rest import rest_of
@@ -57,13 +66,16 @@ def replan_command(
     from mavplan.track.read import read_track
 
     plan = read_plan(plan_file)
-    proof = prove(plan, read_track(track, system), in_flight)
+    with progress(f"reading {track}"):
+        flown = read_track(track, system)
+    proof = prove(plan, flown, in_flight)
     say_problems(proof.notes)
     rest = rest_of(proof)
     if rest is None:
-        click.echo(
+        tell(
             f"all {counted(len(proof.met), 'user')} received what they need: nothing is left, nothing is written"
         )
+        answer({"users_left": 0, "relays": 0, "left_mbit": 0.0, "written": []})
         return
     targets = [folder / name for name in FILES]
     in_the_way = [
@@ -88,5 +100,14 @@ def replan_command(
     relays = len(rest.users) - short
     beside = f" and {counted(relays, 'mate')} that may relay" if relays else ""
     left_mbit = rest.users.demand_bit.sum() / 1e6
-    click.echo(f"{counted(short, 'user')}{beside} left, {left_mbit:,.1f} Mbit in all")
-    click.echo(f"written: {targets[0]}, {targets[1]}")
+    tell(f"{counted(short, 'user')}{beside} left, {left_mbit:,.1f} Mbit in all")
+    tell_written(targets)
+    answer(
+        {
+            "users_left": short,
+            "relays": relays,
+            "left_mbit": round(float(left_mbit), 6),
+            "written": [str(path) for path in targets],
+        }
+    )
+    tell_next("mavplan", "plan", targets[0])

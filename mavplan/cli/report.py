@@ -36,7 +36,7 @@ def report_command(file: Path, output: Path | None, title: str | None, with_plan
     mavplan report valley.plan
     mavplan report valley.plan -o for-the-pilot.html --title "Valley, second flight" --no-compare
     """
-    from mavplan.cli.console import say_problems
+    from mavplan.cli.console import answer, note, say_problems, tell_written
     from mavplan.errors import InputError, Problem
     from mavplan.formats.atomic import atomic_write
     from mavplan.formats.beside import mission_beside, plan_path, read_known_mission
@@ -51,10 +51,12 @@ def report_command(file: Path, output: Path | None, title: str | None, with_plan
     mission = read_known_mission(mission_file)
     plan = read_plan(plan_path(mission_file))
     found = _compared(plan) if with_planners else None
+    note("writing")
     content = report_content(mission, plan, title or mission_file.stem, found)
     atomic_write(output, render(content, mission.warnings))
     say_problems(mission.warnings)
-    click.echo(f"written: {output}")
+    tell_written([output])
+    answer({"written": [str(output)]})
 
 
 def _compared(plan: "StoredPlan") -> "Comparison":

@@ -1,6 +1,5 @@
 """``mavplan study``: the planners on many random draws of users; a table, files and pictures."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -86,14 +85,12 @@ NAMES = Listed(str, "NAMES", "a list of names, tloaik,sbw")
 @click.option(
     "--pictures", type=click.Choice(["png", "svg", "pdf"]), help="Draw the figures over λ and sweeps."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def study_command(
     folder: Path,
     jobs: int | None,
     cluster: str | None,
     parquet: bool,
     pictures: str | None,
-    as_json: bool,
     **given: Any,
 ) -> None:
     """Run the planners on many random draws of users and compare them with SBW, the benchmark.
@@ -106,7 +103,7 @@ def study_command(
     mavplan study -o out/threshold --mean-users 16 --threshold-db 0,3,6,10,15,20 --seeds 500
     mavplan study -o out/threshold --seeds 2000 --cluster tcp://192.168.1.5:8786
     """
-    from mavplan.cli.console import progress, say_problems
+    from mavplan.cli.console import answer, progress, say_problems, tell_written
     from mavplan.study.engine import run_study
     from mavplan.study.outputs import check_parquet, write_outputs
     from mavplan.study.store import read_settings
@@ -130,18 +127,16 @@ def study_command(
     say_problems(warnings)
     lines = summarise(rows)
     written = write_outputs(folder, settings, rows, lines, parquet=parquet, pictures=pictures)
-    if as_json:
-        report = {
-            "folder": str(folder),
-            "settings": settings.to_json(),
-            "rows": len(rows),
-            "summary": [flat(line) for line in lines],
-            "written": [str(path) for path in written],
-        }
-        click.echo(json.dumps(report, ensure_ascii=False, allow_nan=False))
-        return
     print_summary(lines)
-    click.echo(f"written: {', '.join(str(path) for path in written)}")
+    tell_written(written)
+    found = {
+        "folder": str(folder),
+        "settings": settings.to_json(),
+        "rows": len(rows),
+        "summary": [flat(line) for line in lines],
+        "written": [str(path) for path in written],
+    }
+    answer(found)
 
 
 def settings_of(there: "Settings | None", given: dict[str, Any]) -> "Settings":
@@ -156,14 +151,10 @@ def settings_of(there: "Settings | None", given: dict[str, Any]) -> "Settings":
 
 def print_summary(lines: "list[Line]") -> None:
     """Print a row for each setting and planner; ± is half of a 95 % interval."""
-    from rich.table import Table
-
-    from mavplan.cli.console import stdout
+    from mavplan.cli.console import plain_table, print_table
     from mavplan.study.settings import as_text
 
-    table = Table(
-        title=f"SBW = 1; ± is a 95 % interval over {lines[0].cases:,} draws", title_justify="left", box=None
-    )
+    table = plain_table(f"SBW = 1; ± is a 95 % interval over {lines[0].cases:,} draws")
     for heading in ("λ", "H m", "γ_th dB", "K"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("planner", no_wrap=True)
@@ -182,7 +173,7 @@ def print_summary(lines: "list[Line]") -> None:
             _plus_minus(line.rho_e),
             f"{_plus_minus(line.rho_e_difference, '+')} to {line.less.upper()}" if line.less else "",
         )
-    stdout().print(table)
+    print_table(table)
 
 
 def _plus_minus(found: "Interval | None", sign: str = "") -> str:

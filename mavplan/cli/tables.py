@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import asdict, astuple
 
-import click
 import numpy as np
 
 from mavplan.bounds import Bound
-from mavplan.cli.console import clock, counted, printable, stdout
+from mavplan.cli.console import clock, counted, plain_table, print_table, printable, tell
 from mavplan.hover import demand_on_air
 from mavplan.mission.phases import Phases
 from mavplan.mission.sendable import command_name
@@ -22,16 +21,12 @@ MOST_NAMES = 8
 
 def print_plan(plan: Plan) -> None:
     """Print stops in flying order with arrival, hold and users, and the totals."""
-    from rich.table import Table
-
     trajectory, users = plan.trajectory, plan.scenario.users
     items = plan.built.mission.items
     flown_m = np.cumsum(np.linalg.norm(np.diff(trajectory.path_m, axis=0), axis=1))
     legs_m = np.diff(flown_m[trajectory.stop_at - 1], prepend=0.0)
     any_d2d = bool(trajectory.assignment.d2d.any())
-    table = Table(
-        title=f"{trajectory.planner.upper()} for {plan.rules.title}", title_justify="left", box=None
-    )
+    table = plain_table(f"{trajectory.planner.upper()} for {plan.rules.title}")
     for heading in ("stop", "latitude", "longitude", "leg m", "arrives", "hold s"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("served from the air")
@@ -53,10 +48,10 @@ def print_plan(plan: Plan) -> None:
             relayed = np.flatnonzero(here & trajectory.assignment.d2d)
             cells.append(_names([f"{users.names[n]} (by {users.names[users.mate[n]]})" for n in relayed]))
         table.add_row(*cells)
-    stdout().print(table)
-    click.echo()
+    print_table(table)
+    tell()
     for line in totals(plan):
-        click.echo(line)
+        tell(line)
 
 
 def totals(plan: Plan) -> list[str]:
@@ -87,13 +82,19 @@ def totals(plan: Plan) -> list[str]:
 
 def print_items(plan: Plan) -> None:
     """Print what each item of the mission takes, its way there included, phase by phase."""
-    from rich.table import Table
-
     found, stops = plan.forecast, stop_of_item(plan)
     known = found.used_wh is not None
-    table = Table(title="forecast by item", title_justify="left", box=None, show_footer=True)
+    table = plain_table("forecast by item")
+    table.show_footer = True
     sums = [*_seconds(found.seconds), "", *([f"{found.used_wh:,.1f}", ""] if known else [])]
-    headings = ["climb s", "cruise s", "hover s", "descent s", "done", *(["Wh", "Wh used"] if known else [])]
+    headings = [
+        "climb\ns",
+        "cruise\ns",
+        "hover\ns",
+        "descent\ns",
+        "done",
+        *(["Wh", "Wh\nused"] if known else []),
+    ]
     table.add_column("item", justify="right", no_wrap=True)
     table.add_column("command", "in all", no_wrap=True)
     table.add_column("stop", justify="right", no_wrap=True)
@@ -106,7 +107,7 @@ def print_items(plan: Plan) -> None:
         if item.energy_wh is not None:
             cells += [f"{item.energy_wh.total:,.1f}" if item.energy_wh.total else "", f"{item.used_wh:,.1f}"]
         table.add_row(*cells)
-    stdout().print(table)
+    print_table(table)
 
 
 def stopwatch(seconds: float) -> str:

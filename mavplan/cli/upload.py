@@ -1,6 +1,5 @@
 """``mavplan upload``: a mission file onto a vehicle, read back and compared."""
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -43,7 +42,6 @@ if TYPE_CHECKING:
     help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
 )
 @via_option
-@click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def upload_command(
     file: Path,
     conn: str,
@@ -55,7 +53,6 @@ def upload_command(
     max_home_height_m: float,
     signing_key: Path | None,
     via: str,
-    as_json: bool,
 ) -> None:
     """Put the mission in FILE (.plan or .waypoints) onto a vehicle, after its fence and rally points if it has any.
 
@@ -67,7 +64,7 @@ def upload_command(
     mavplan upload valley.plan --conn udp:0.0.0.0:14550
     mavplan upload valley.plan --conn /dev/ttyUSB0,57600 --system 3
     """
-    from mavplan.cli.console import say_problems
+    from mavplan.cli.console import answer, say_problems, tell, tell_next
     from mavplan.formats.beside import read_known_mission, remember_vehicle
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import upload_mission
@@ -102,10 +99,12 @@ def upload_command(
                 via=via,  # type: ignore[arg-type]
             )
     except MavplanError as error:
-        tell_failure(error, as_json)
+        tell_failure(error)
         raise
     say_problems([*report.warnings, *remember_vehicle(file, report)])
-    click.echo(json.dumps(_success(report)) if as_json else summary(report))
+    tell(summary(report))
+    answer(success(report))
+    tell_next("mavplan", "fly", file, "--conn", conn, why="checks, asks, flies, records")
 
 
 def summary(report: "UploadReport") -> str:
@@ -137,7 +136,8 @@ def link_progress(label: str) -> "Iterator[Callable[[Progress], None]]":
         yield show
 
 
-def _success(report: "UploadReport") -> dict[str, object]:
+def success(report: "UploadReport") -> dict[str, object]:
+    """Return what scripts get after a verified upload."""
     return {
         "outcome": "verified",
         "items": report.items,
@@ -161,14 +161,13 @@ def _success(report: "UploadReport") -> dict[str, object]:
     }
 
 
-def tell_failure(
-    error: MavplanError, as_json: bool, title: str = "what the vehicle stored otherwise"
-) -> None:
+def tell_failure(error: MavplanError, title: str = "what the vehicle stored otherwise") -> None:
     """Print what is known of a failure besides its message: all of it as JSON, or a table of differences."""
+    from mavplan.cli.console import answer, mode
+
     differences: Sequence[Difference] = getattr(error, "differences", ())
-    if as_json:
-        click.echo(json.dumps(_failure(error, differences), ensure_ascii=False))
-    elif differences:
+    answer(_failure(error, differences))
+    if differences and not mode().as_json:
         _print_differences(differences, title)
 
 

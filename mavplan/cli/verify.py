@@ -1,6 +1,5 @@
 """``mavplan verify``: whether a vehicle still holds the mission in a file."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the outcome as one JSON object.")
 def verify_command(
     file: Path,
     conn: str,
@@ -28,7 +26,6 @@ def verify_command(
     timeout_s: float,
     autopilot: str | None,
     signing_key: Path | None,
-    as_json: bool,
 ) -> None:
     """Tell whether a vehicle holds the mission in FILE, with its fence and rally points; nothing is changed.
 
@@ -39,7 +36,7 @@ def verify_command(
     \b
     mavplan verify valley.plan --conn udp:0.0.0.0:14550
     """
-    from mavplan.cli.console import say_problems
+    from mavplan.cli.console import answer, say_problems, tell
     from mavplan.formats.beside import read_known_mission, remembered_vehicle
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.services import verify_mission
@@ -59,14 +56,12 @@ def verify_command(
                 progress=show,
             )
     except MavplanError as error:
-        tell_failure(error, as_json, "what the vehicle holds otherwise")
+        tell_failure(error, "what the vehicle holds otherwise")
         raise
     say_problems(report.warnings)
     since = remembered_vehicle(file).get("verified_at")
-    if as_json:
-        click.echo(json.dumps(_success(report, since)))
-    else:
-        click.echo(_summary(report))
+    tell(_summary(report))
+    answer(_success(report, since))
 
 
 def _summary(report: "VerifyReport") -> str:
