@@ -9,6 +9,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 import click
 
@@ -50,6 +51,16 @@ SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
             "Work out from a flight's log what every user received.",
         ),
         "replan": ("mavplan.cli.replan:replan_command", "Make a scenario of the users not yet served."),
+    },
+    "Set up": {
+        "config": (
+            "mavplan.cli.config:config_command",
+            "Show which settings are in force, and where they were made.",
+        ),
+        "completion": (
+            "mavplan.cli.completion:completion_command",
+            "Print what makes a shell complete mavplan's commands.",
+        ),
     },
 }
 """What people do → name → where the command is, and its line in ``mavplan --help``."""
@@ -118,8 +129,26 @@ class LazyGroup(click.Group):
     epilog=EPILOG,
 )
 @click.version_option(__version__, prog_name="mavplan")
-def cli() -> None:
+@click.option(
+    "--config",
+    "settings_file",
+    type=click.Path(path_type=Path),
+    envvar="MAVPLAN_CONFIG",
+    metavar="FILE",
+    help="Settings; by default mavplan.toml in this folder, else ~/.config/mavplan/config.toml.",
+)
+@click.pass_context
+def cli(ctx: click.Context, settings_file: Path | None) -> None:
     """From people who need a radio link to a verified mission on a drone."""
+    from mavplan.cli.settings import IN_META, defaults_of, find_file, read_file
+
+    found = read_file(find_file(settings_file), list(COMMANDS))
+    ctx.meta[IN_META] = found
+    name = ctx.invoked_subcommand or ""
+    command = cli.get_command(ctx, name)
+    if found.path is not None and command is not None and name != "config":
+        note(f"settings of {found.path}")
+        ctx.default_map = {name: defaults_of(command, found)}
 
 
 furnish(cli)
@@ -136,6 +165,10 @@ def run(args: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             # An old code page without ρ or Σ shows a question mark, and does not end the command.
             stream.reconfigure(errors="replace")
+    if "_MAVPLAN_COMPLETE" in os.environ:
+        from mavplan.cli.completion import register
+
+        register()
     words = list(sys.argv[1:] if args is None else args)
     mode = Mode()
     try:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
+from mavplan.cli.common import Files
+from mavplan.cli.streams import DASH, read_scenario
 from mavplan.errors import CheckError, InputError, MavplanError, Problem
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @click.command("check", short_help="Check a mission or scenario against a mock vehicle.")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Files(".plan", ".waypoints", ".toml", dash=True))
 @click.option(
     "--autopilot",
     "--firmware",
@@ -39,7 +41,7 @@ if TYPE_CHECKING:
 def check_command(
     file: Path, autopilot: str | None, no_flight: bool, wind: str | None, faults: tuple[str, ...], seed: int
 ) -> None:
-    """Check FILE: a mission (.plan, .waypoints) or a scenario (.toml), which is planned first.
+    """Check FILE: a mission (.plan, .waypoints) or a scenario (.toml, or - for standard input), planned first.
 
     A mission file is read by the rules of QGroundControl, Mission Planner and MAVProxy, by MAVSDK's own importer
     (.plan) or pymavlink's loader (.waypoints). Then the mission is uploaded to a mock vehicle of each firmware, in this
@@ -60,7 +62,8 @@ def check_command(
     world = make_world(wind, ",".join(faults), seed)
     found: list[Problem] = []
     wrong = 0
-    if file.suffix.lower() == ".toml":
+    is_scenario = file == DASH or file.suffix.lower() == ".toml"
+    if is_scenario:
         missions = list(_planned(file, autopilot))  # type: ignore[arg-type]
     else:
         found = list(_file_problems(file, autopilot))  # type: ignore[arg-type]
@@ -88,7 +91,7 @@ def check_command(
     answer({"ok": not wrong, "file": str(file), "readers": problem_objects(found), "vehicles": vehicles})
     if wrong:
         raise CheckError(f"{file}: do not fly this before it is mended")
-    if file.suffix.lower() == ".toml":
+    if is_scenario:
         tell_next("mavplan", "plan", file, why="writes the mission")
     else:
         tell_next("mavplan", "upload", file, "--conn", "udp:0.0.0.0:14550", why="onto your vehicle")
@@ -161,10 +164,9 @@ def _planned(path: Path, wanted: "Autopilot | None") -> "Iterator[_Checked]":
     from mavplan.mission.model import Autopilot
     from mavplan.plan import make_plan
     from mavplan.plan_file import dumps
-    from mavplan.scenario import load_scenario
     from mavplan.stored_plan import parse_plan
 
-    scenario = load_scenario(path)
+    scenario = read_scenario(path)
     warnings: dict[str, Problem] = {}
     firmwares: Sequence[Autopilot] = (wanted,) if wanted else get_args(Autopilot)
     for firmware in firmwares:

@@ -6,14 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mavplan.cli.common import Files
 from mavplan.cli.plan import Clusters, with_options
+from mavplan.cli.streams import read_scenario
 
 if TYPE_CHECKING:
     from mavplan.comparison import Comparison
 
 
 @click.command("compare", short_help="Compare all planners on one scenario.")
-@click.argument("scenario", type=click.Path(path_type=Path))
+@click.argument("scenario", type=Files(".toml", dash=True))
 @click.option("--clusters", type=Clusters(), help="Number of clusters or 'auto', instead of the scenario's.")
 @click.option(
     "--seed", type=click.IntRange(min=0), help="Seed of all that is random, instead of the scenario's."
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     "-o",
     "--output",
     "picture",
-    type=click.Path(path_type=Path),
+    type=Files(".png", ".svg", ".pdf"),
     metavar="FILE",
     help="Draw the plans side by side: .png, .svg or .pdf.",
 )
@@ -41,11 +43,10 @@ def compare_command(
     from mavplan.comparison import compare
     from mavplan.figures.files import check_picture, draw_comparison
     from mavplan.formats.atomic import atomic_write
-    from mavplan.scenario import load_scenario
 
     if picture is not None:
         check_picture(picture)
-    loaded = with_options(load_scenario(scenario), None, clusters, seed, None)
+    loaded = with_options(read_scenario(scenario), None, clusters, seed, None)
     with progress("comparing") as tell:
         found = compare(loaded, tell)
     if picture is not None:

@@ -9,13 +9,15 @@ from pathlib import Path
 
 import click
 
+from mavplan.cli.common import Files
+from mavplan.cli.streams import read_scenario, stem_of
 from mavplan.errors import MavplanError
 
 READY = re.compile(r"listening on (udpin:127\.0\.0\.1:(\d+))")
 
 
 @click.command("demo", short_help="From a scenario to a verified mission on a mock vehicle.")
-@click.argument("scenario", type=click.Path(path_type=Path), required=False)
+@click.argument("scenario", type=Files(".toml", dash=True), required=False)
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -43,19 +45,18 @@ def demo_command(scenario: Path | None, out: Path) -> None:
     from mavplan.link.vehicle import upload_mission
     from mavplan.plan import make_plan
     from mavplan.plan_file import summary as plan_summary
-    from mavplan.scenario import load_scenario
 
     if scenario is None:
         scenario = out / TEMPLATE[0]
         if not scenario.is_file():
             tell_written(write_template(out))
-    loaded = load_scenario(scenario)
+    loaded = read_scenario(scenario)
     make_folder(out)
     tell(f"1. plan {scenario}\n")
     with progress("planning") as move:
         plan = make_plan(loaded, progress=move)
     print_plan(plan)
-    name = scenario.resolve().parent.name if scenario.stem == "scenario" else scenario.stem
+    name = scenario.resolve().parent.name if scenario.stem == "scenario" else stem_of(scenario)
     written, warnings = write_outputs(
         plan, [out / f"{name}{suffix}" for suffix in (".plan", ".waypoints", ".png")]
     )

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import click
 
+from mavplan.cli.common import Files
 from mavplan.cli.link_options import check_via, link_options, open_link, via_option
+from mavplan.cli.streams import format_option, named_outputs, write_outputs_of
 from mavplan.cli.upload import link_progress, tell_failure
 from mavplan.errors import MavplanError
 
@@ -15,10 +17,11 @@ from mavplan.errors import MavplanError
     "-o",
     "--output",
     required=True,
-    type=click.Path(path_type=Path),
+    type=Files(".plan", ".waypoints", dash=True),
     metavar="FILE",
-    help="Write this file, .plan or .waypoints.",
+    help="Write this file, .plan or .waypoints; - with --format is standard output.",
 )
+@format_option("plan", "waypoints")
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="Refuse a vehicle with another firmware."
 )
@@ -27,6 +30,7 @@ from mavplan.errors import MavplanError
 def download_command(
     conn: str,
     output: Path,
+    kind: str | None,
     system: int | None,
     timeout_s: float,
     autopilot: str | None,
@@ -44,13 +48,14 @@ def download_command(
     mavplan download --conn udp:0.0.0.0:14550 -o held.plan
     """
     from mavplan.cli.console import answer, counted, say_problems, tell
-    from mavplan.formats import format_of, write_mission
+    from mavplan.formats import format_of
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import download_mission
 
     check_via(via, signing_key)
     endpoint = parse_endpoint(conn)
-    format_of(output)
+    output = named_outputs([output], kind)[0]
+    mission_format = format_of(output)
     try:
         with (
             open_link(endpoint, timeout_s, signing_key) as connection,
@@ -70,7 +75,8 @@ def download_command(
         tell_failure(error)
         raise
     say_problems(held.warnings)
-    warnings = write_mission(held.mission, output)
+    write_outputs_of([(output, mission_format.dumps(held.mission))])
+    warnings = mission_format.warnings(held.mission)
     say_problems(warnings)
     counts = [f"{len(held.mission.items)} items"]
     if held.fence_items:

@@ -5,30 +5,37 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mavplan.cli.common import Files
+from mavplan.cli.streams import format_option, is_stdout, named_outputs, write_outputs_of
 from mavplan.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from mavplan.stored_plan import StoredPlan
 
 
+WRITTEN = (".plan", ".waypoints", ".kml", ".kmz", ".gpx", ".geojson", ".csv")
+
+
 @click.command("export", short_help="Write a mission file in another format.")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Files(".plan", ".waypoints"))
 @click.option(
     "-o",
     "--output",
     "outputs",
     multiple=True,
     required=True,
-    type=click.Path(path_type=Path),
+    type=Files(*WRITTEN, dash=True),
     metavar="FILE",
-    help="Write this file: .plan, .waypoints, .kml, .kmz, .gpx, .geojson or .csv; may be given again.",
+    help="Write this file: .plan, .waypoints, .kml, .kmz, .gpx, .geojson or .csv; may be given again; - with "
+    "--format is standard output.",
 )
+@format_option(*(suffix[1:] for suffix in WRITTEN))
 @click.option(
     "--autopilot",
     type=click.Choice(["ardupilot", "px4"]),
     help="The firmware it is for, where FILE does not say (.waypoints).",
 )
-def export_command(file: Path, outputs: tuple[Path, ...], autopilot: str | None) -> None:
+def export_command(file: Path, outputs: tuple[Path, ...], kind: str | None, autopilot: str | None) -> None:
     """Write the mission in FILE (.plan or .waypoints) in another format, or as a map.
 
     The plan beside it (.mavplan.json) goes along, so that the new mission file is known by it too, and gives maps their
@@ -37,14 +44,16 @@ def export_command(file: Path, outputs: tuple[Path, ...], autopilot: str | None)
     \b
     mavplan export valley.plan -o valley.waypoints
     mavplan export valley.plan -o valley.kml -o valley.gpx
+    mavplan export valley.plan -o - --format kml | gzip > valley.kml.gz
     mavplan export survey.waypoints --autopilot ardupilot -o survey.plan
     """
     from mavplan.cli.console import answer, say_problems, tell_written
     from mavplan.cli.outputs import check_suffixes
-    from mavplan.formats import FORMATS, format_of, write_all
+    from mavplan.formats import FORMATS, format_of
     from mavplan.formats.beside import plan_path, read_known_mission
     from mavplan.maps import MAPS, plan_map
 
+    outputs = named_outputs(outputs, kind)
     check_suffixes(outputs, (*FORMATS, *MAPS))
     mission = read_known_mission(file, autopilot)  # type: ignore[arg-type]
     contents: dict[Path, str | bytes] = {}
@@ -61,9 +70,9 @@ def export_command(file: Path, outputs: tuple[Path, ...], autopilot: str | None)
         mission_format = format_of(output)
         contents[output] = mission_format.dumps(mission)
         warnings += mission_format.warnings(mission)
-        if beside.is_file() and plan_path(output).resolve() != beside.resolve():
+        if beside.is_file() and not is_stdout(output) and plan_path(output).resolve() != beside.resolve():
             contents[plan_path(output)] = beside.read_bytes()
-    write_all(contents.items())
+    write_outputs_of(contents.items())
     say_problems(warnings)
     tell_written(contents)
     answer({"written": [str(path) for path in contents]})

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mavplan.cli.common import Files
 from mavplan.cli.link_options import link_options, open_link
 from mavplan.errors import ExitCode, InputError, Problem, RefusedError
 
@@ -18,7 +19,7 @@ INTERRUPTED = 130
 
 
 @click.command("fly", short_help="Fly a mission, watch it and record it.")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Files(".plan", ".waypoints"))
 @link_options(None, "the flight's forecast and half as much again, and 2 minutes, from the start on")
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
+from mavplan.cli.common import Files
+
 if TYPE_CHECKING:
     from mavplan.link.connection import Connection
     from mavplan.link.endpoint import Endpoint
@@ -38,7 +40,7 @@ def link_options(
         for option in (
             click.option(
                 "--signing-key",
-                type=click.Path(path_type=Path),
+                type=Files(),
                 metavar="FILE",
                 help="MAVLink 2 signing: 32 raw bytes or 64 hexadecimal digits in a file of mode 0600.",
             ),

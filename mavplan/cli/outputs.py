@@ -4,9 +4,10 @@ import functools
 from collections.abc import Sequence
 from pathlib import Path
 
+from mavplan.cli.streams import STEM, is_stdout, write_outputs_of
 from mavplan.errors import InputError, Problem
 from mavplan.figures.files import PICTURES, check_picture, draw_plan
-from mavplan.formats import FORMATS, format_of, write_all
+from mavplan.formats import FORMATS, format_of
 from mavplan.formats.beside import plan_path
 from mavplan.maps import MAPS, plan_map
 from mavplan.plan import Plan
@@ -53,7 +54,9 @@ def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[P
             continue
         if path.suffix.lower() in MAPS:
             stored = parse_plan(plan_text(), str(path))
-            contents[path] = MAPS[path.suffix.lower()](plan_map(plan.built.mission, stored, path.stem))
+            contents[path] = MAPS[path.suffix.lower()](
+                plan_map(plan.built.mission, stored, STEM if is_stdout(path) else path.stem)
+            )
             continue
         mission_format = format_of(path)
         contents[path] = mission_format.dumps(plan.built.mission)
@@ -61,6 +64,7 @@ def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[P
             Problem(str(path), problem.message, problem.code, problem.severity)
             for problem in mission_format.warnings(plan.built.mission)
         ]
-        contents.setdefault(plan_path(path), plan_text())
-    write_all(contents.items())
-    return list(contents), warnings
+        if not is_stdout(path):
+            contents.setdefault(plan_path(path), plan_text())
+    write_outputs_of(contents.items())
+    return [path for path in contents if not is_stdout(path)], warnings

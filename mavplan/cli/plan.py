@@ -6,9 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mavplan.cli.common import Files, Planner
+from mavplan.cli.streams import format_option, named_outputs, read_scenario, stem_of
+
 if TYPE_CHECKING:
     from mavplan.scenario.model import Scenario
 
+WRITTEN = (".plan", ".waypoints", ".kml", ".kmz", ".gpx", ".geojson", ".csv", ".png", ".svg", ".pdf")
 HOVER_STYLES = ("waypoint+loiter", "loiter", "hold")
 
 
@@ -31,8 +35,8 @@ class Clusters(click.ParamType[int | str]):
 
 
 @click.command("plan", short_help="Plan stops, order and holds, and write the mission.")
-@click.argument("scenario", type=click.Path(path_type=Path))
-@click.option("--planner", metavar="NAME", help="Planner, instead of the scenario's: tloaik.")
+@click.argument("scenario", type=Files(".toml", dash=True))
+@click.option("--planner", type=Planner(), help="Planner, instead of the scenario's: tloaik.")
 @click.option("--clusters", type=Clusters(), help="Number of clusters or 'auto', instead of the scenario's.")
 @click.option(
     "--time-limit",
@@ -61,12 +65,13 @@ class Clusters(click.ParamType[int | str]):
     "--output",
     "outputs",
     multiple=True,
-    type=click.Path(path_type=Path),
+    type=Files(*WRITTEN, dash=True),
     metavar="FILE",
     help="Write this file: .plan, .waypoints, a map (.kml, .kmz, .gpx, .geojson), a table of the users (.csv) or a "
-    "picture (.png, .svg, .pdf); may be given again. "
+    "picture (.png, .svg, .pdf); may be given again; - with --format is standard output. "
     "Default: the scenario's name with .plan, in this folder.",
 )
+@format_option(*(suffix[1:] for suffix in WRITTEN))
 @click.option("--items", is_flag=True, help="Print time and energy of every mission item too.")
 def plan_command(
     scenario: Path,
@@ -77,9 +82,10 @@ def plan_command(
     autopilot: str | None,
     hover: str,
     outputs: tuple[Path, ...],
+    kind: str | None,
     items: bool,
 ) -> None:
-    """Plan a flight for SCENARIO (a scenario.toml) and write it as a mission.
+    """Plan a flight for SCENARIO (a scenario.toml, or - for standard input) and write it as a mission.
 
     \b
     mavplan plan scenario.toml
@@ -87,6 +93,7 @@ def plan_command(
     mavplan plan scenario.toml --planner length --time-limit 60
     mavplan plan scenario.toml --items
     mavplan plan scenario.toml --json | jq .mission_s
+    mavplan plan - -o - --format geojson < scenario.toml
     """
     from mavplan.cli.console import answer, note, progress, say_problems, tell, tell_next, tell_written
     from mavplan.cli.outputs import check_outputs, write_outputs
@@ -94,12 +101,11 @@ def plan_command(
     from mavplan.formats import FORMATS
     from mavplan.plan import make_plan
     from mavplan.plan_file import summary
-    from mavplan.scenario import load_scenario
 
-    outputs = outputs or (Path(scenario.with_suffix(".plan").name),)
+    outputs = named_outputs(outputs, kind) or (Path(f"{stem_of(scenario)}.plan"),)
     check_outputs(outputs)
     note(f"reading {scenario}")
-    loaded = with_options(load_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s)
+    loaded = with_options(read_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s)
     with progress("planning") as move:
         made = make_plan(loaded, hover, move)  # type: ignore[arg-type]
     note("writing")

@@ -4,14 +4,16 @@ from pathlib import Path
 
 import click
 
+from mavplan.cli.common import Files
+
 
 @click.command("prove", short_help="Work out from a flight's log what every user received.")
-@click.argument("track", type=click.Path(path_type=Path))
+@click.argument("track", type=Files(".tlog", ".bin", ".ulg", ".csv"))
 @click.option(
     "--plan",
     "plan_file",
     required=True,
-    type=click.Path(path_type=Path),
+    type=Files(".mavplan.json", ".plan", ".waypoints"),
     metavar="FILE",
     help="The plan that was flown: X.mavplan.json, or the mission file beside it.",
 )
@@ -26,7 +28,7 @@ import click
     "-o",
     "--output",
     "picture",
-    type=click.Path(path_type=Path),
+    type=Files(".png", ".svg", ".pdf"),
     metavar="FILE",
     help="Draw the track over the plan: .png, .svg or .pdf.",
 )

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from mavplan.cli.common import Files
 from mavplan.errors import InputError, Problem
 
 FILES = ("scenario.toml", "users.csv")
@@ -11,12 +12,12 @@ FILES = ("scenario.toml", "users.csv")
 
 
 @click.command("replan", short_help="Make a scenario of the users not yet served.")
-@click.argument("track", type=click.Path(path_type=Path))
+@click.argument("track", type=Files(".tlog", ".bin", ".ulg", ".csv"))
 @click.option(
     "--plan",
     "plan_file",
     required=True,
-    type=click.Path(path_type=Path),
+    type=Files(".mavplan.json", ".plan", ".waypoints"),
     metavar="FILE",
     help="The plan that was flown: X.mavplan.json, or the mission file beside it.",
 )

@@ -5,19 +5,22 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mavplan.cli.common import Files
+from mavplan.cli.streams import DASH, named_outputs, write_outputs_of
+
 if TYPE_CHECKING:
     from mavplan.comparison import Comparison
     from mavplan.stored_plan import StoredPlan
 
 
 @click.command("report", short_help="Write a plan as one page to look at and print.")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Files(".plan", ".waypoints", ".json"))
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=Files(".html", ".htm", dash=True),
     metavar="FILE",
-    help="Write this file. Default: the mission's name with .html, beside it.",
+    help="Write this file. Default: the mission's name with .html, beside it; - is standard output.",
 )
 @click.option("--title", help="Heading of the page. Default: the mission's name.")
 @click.option(
@@ -38,7 +41,6 @@ def report_command(file: Path, output: Path | None, title: str | None, with_plan
     """
     from mavplan.cli.console import answer, note, say_problems, tell_written
     from mavplan.errors import InputError, Problem
-    from mavplan.formats.atomic import atomic_write
     from mavplan.formats.beside import mission_beside, plan_path, read_known_mission
     from mavplan.report.content import report_content
     from mavplan.report.page import render
@@ -46,6 +48,8 @@ def report_command(file: Path, output: Path | None, title: str | None, with_plan
 
     mission_file = mission_beside(file) if file.name.endswith(".json") else file
     output = output or mission_file.with_suffix(".html")
+    if output == DASH:
+        output = named_outputs([output], "html")[0]
     if output.suffix.lower() not in {".html", ".htm"}:
         raise InputError([Problem(str(output), "a report is a page: its name ends in .html", "format")])
     mission = read_known_mission(mission_file)
@@ -53,7 +57,7 @@ def report_command(file: Path, output: Path | None, title: str | None, with_plan
     found = _compared(plan) if with_planners else None
     note("writing")
     content = report_content(mission, plan, title or mission_file.stem, found)
-    atomic_write(output, render(content, mission.warnings))
+    write_outputs_of([(output, render(content, mission.warnings))])
     say_problems(mission.warnings)
     tell_written([output])
     answer({"written": [str(output)]})

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mavplan.cli.common import Files
 from mavplan.cli.link_options import check_via, link_options, open_link, via_option
 from mavplan.errors import MavplanError, Problem
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command("upload", short_help="Upload a mission to a vehicle and read it back.")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Files(".plan", ".waypoints"))
 @link_options()
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mavplan.cli.common import Files
 from mavplan.cli.link_options import link_options, open_link
 from mavplan.cli.upload import link_progress, tell_failure
 from mavplan.errors import MavplanError
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command("verify", short_help="Tell whether a vehicle holds this mission.")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Files(".plan", ".waypoints"))
 @link_options(120.0)
 @click.option(
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."

@@ -17,7 +17,7 @@ from mavplan.scenario.checks import (
     reach_of,
 )
 from mavplan.scenario.fence_checks import check_fence_places, check_heights
-from mavplan.scenario.files import read_text
+from mavplan.scenario.files import decode, read_text
 from mavplan.scenario.lists import ListedThings, read_lists
 from mavplan.scenario.model import Scenario, Users
 from mavplan.scenario.reference import AREA_LISTS, RESERVED, SECTIONS, keys_of
@@ -61,15 +61,36 @@ def load_scenario(path: Path | str) -> Scenario:
     """
     path = Path(path)
     report = Report()
-    text = read_text(path, str(path), MAX_BYTES, report)
-    data = None if text is None else _parse(text, str(path), report)
+    return _read(read_text(path, str(path), MAX_BYTES, report), path.parent, str(path), report)
+
+
+def scenario_of(data: bytes, folder: Path, label: str) -> Scenario:
+    """Return the scenario in the bytes of a ``scenario.toml``, as `load_scenario` does.
+
+    Parameters
+    ----------
+    data
+        Of the file, at most a byte more than `MAX_BYTES`.
+    folder
+        Where the users file stands relative to.
+    label
+        What to call it in problems.
+    """
+    report = Report()
+    if len(data) > MAX_BYTES:
+        report.error(label, f"is longer than the {MAX_BYTES:,} bytes that are read", "unreadable")
+    return _read(decode(data, label, report) if len(data) <= MAX_BYTES else None, folder, label, report)
+
+
+def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenario:
+    data = None if text is None else _parse(text, label, report)
     if data is None:
         report.raise_errors()
         raise AssertionError("a file that could not be read left no problem")
-    sections = _Sections(data, str(path), report)
-    things = read_lists(data, path.parent, str(path), report)
-    users_path = _users_path(data, path, report)
-    _note_unknown(data, str(path), report)
+    sections = _Sections(data, label, report)
+    things = read_lists(data, folder, label, report)
+    users_path = _users_path(data, folder, label, report)
+    _note_unknown(data, label, report)
     users = None
     if users_path is not None:
         matching = sections.d2d.matching
@@ -81,18 +102,18 @@ def load_scenario(path: Path | str) -> Scenario:
             report,
             pairs_needed=None if matching is None else matching == "given",
         )
-    check_planner(sections.planner, str(path), report)
-    check_service(sections.service, str(path), report)
+    check_planner(sections.planner, label, report)
+    check_service(sections.service, label, report)
     if sections.sound("radio", "vehicle", "service"):
-        check_altitude(sections.radio, sections.vehicle, sections.service, str(path), report)
+        check_altitude(sections.radio, sections.vehicle, sections.service, label, report)
     if sections.sound("vehicle"):
-        check_battery(sections.vehicle, str(path), report)
+        check_battery(sections.vehicle, label, report)
     if sections.sound("vehicle", "wind"):
-        check_wind(sections.wind, sections.vehicle, str(path), report)
+        check_wind(sections.wind, sections.vehicle, label, report)
     if sections.sound("fence", "vehicle"):
-        check_heights(things.rally, sections.fence, sections.vehicle, str(path), report)
+        check_heights(things.rally, sections.fence, sections.vehicle, label, report)
     if sections.home is not None and things.sound and sections.sound("fence"):
-        check_fence_places(things, sections.fence, sections.home, str(path), report)
+        check_fence_places(things, sections.fence, sections.home, label, report)
     if users is not None and sections.home is not None:
         reach = (
             reach_of(sections.vehicle, sections.radio, sections.d2d, sections.service)
@@ -103,7 +124,7 @@ def load_scenario(path: Path | str) -> Scenario:
     report.raise_errors()
     if users is None or sections.home is None:
         raise AssertionError("a scenario without users or home left no problem")
-    return _scenario(sections, sections.home, users, things, str(path), report)
+    return _scenario(sections, sections.home, users, things, label, report)
 
 
 def _scenario(
@@ -160,21 +181,21 @@ def _on_one_line(message: str) -> str:
     return "".join(character if character.isprintable() else " " for character in message)
 
 
-def _users_path(data: dict[str, Any], path: Path, report: Report) -> Path | None:
+def _users_path(data: dict[str, Any], folder: Path, label: str, report: Report) -> Path | None:
     """Return the users file, relative to the scenario."""
     if "users" not in data:
-        report.error(str(path), 'users is missing; name the users file: users = "users.csv"', "missing-key")
+        report.error(label, 'users is missing; name the users file: users = "users.csv"', "missing-key")
         return None
     name = data["users"]
     if not isinstance(name, str) or not name.strip():
         message = f'found {shown(name)}; allowed is the name of a file: users = "users.csv"'
-        report.error(f"{path}, users", message, "wrong-type")
+        report.error(f"{label}, users", message, "wrong-type")
         return None
     if "://" in name or name.startswith("/vsi"):
         message = f"found {shown(name)}; it names a file on this machine: nothing is fetched"
-        report.error(f"{path}, users", message, "not-a-file")
+        report.error(f"{label}, users", message, "not-a-file")
         return None
-    return path.parent / name
+    return folder / name
 
 
 def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:

@@ -4,12 +4,14 @@ import json
 import os
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 
 from mavplan.cli import COMMANDS, SECTIONS, console
 from mavplan.cli.console import plain_table, print_table
 
+ROOT = Path(__file__).resolve().parents[2]
 ARGUMENTS = {
     "init": ["/proc/nowhere"],
     "plan": ["missing.toml"],
@@ -61,19 +63,49 @@ def test_wrong_usage_gives_scripts_an_object_too(mavplan):
     assert "Missing argument" in ran.err
 
 
-def test_init_export_report_and_check_answer_in_one_object(mavplan, planned):
-    assert json.loads(mavplan("init", "new", "--json").out)["written"] == [
-        "new/scenario.toml",
-        "new/users.csv",
-    ]
-    assert json.loads(mavplan("export", planned, "-o", "a.kml", "--json").out)["written"] == ["a.kml"]
-    page = json.loads(mavplan("report", planned, "--no-compare", "--json").out)
-    assert page["written"] == ["valley.html"]
-    found = json.loads(mavplan("check", planned, "--json").out)
+@pytest.fixture
+def answered(mavplan):
+    """Give to a command its object, which has the keys that are documented."""
+    rows = re.findall(r"^\| (`.*`) \| (.*) \|$", (ROOT / "docs/cli.md").read_text("utf-8"), re.MULTILINE)
+    documented = {
+        name: re.findall(r"`(\w+)`", keys) for names, keys in rows for name in re.findall(r"`(\w+)`", names)
+    }
+
+    def answer(name, *args):
+        ran = mavplan(name, *args, "--json")
+        found = json.loads(ran.out)
+        assert len(ran.out.splitlines()) == 1
+        assert set(found) - {"warnings"} <= set(documented[name])
+        assert "warnings" in found
+        return found
+
+    return answer
+
+
+def test_init_export_report_and_check_answer_in_one_object(answered, planned):
+    assert answered("init", "new")["written"] == ["new/scenario.toml", "new/users.csv"]
+    assert answered("export", planned, "-o", "a.kml")["written"] == ["a.kml"]
+    assert answered("report", planned, "--no-compare")["written"] == ["valley.html"]
+    found = answered("check", planned)
     assert found["ok"] is True
     assert [vehicle["autopilot"] for vehicle in found["vehicles"]] == ["ardupilot"]
     assert found["vehicles"][0]["stored"] is True
     assert found["vehicles"][0]["flight"]["proof"]["all_met"] is True
+
+
+def test_plan_config_and_completion_answer_in_one_object(answered, gallery):
+    assert answered("plan", gallery / "valley/scenario.toml")["written"] == [
+        "scenario.plan",
+        "scenario.mavplan.json",
+    ]
+    assert answered("config")["file"] is None
+    assert "complete" in answered("completion", "bash")["script"]
+
+
+def test_every_command_is_documented_with_its_keys():
+    text = (ROOT / "docs/cli.md").read_text("utf-8")
+    table = text[text.index("## JSON") : text.index("## Settings")]
+    assert all(re.search(rf"^\|[^|]*`{name}`[^|]*\|", table, re.MULTILINE) for name in COMMANDS)
 
 
 def test_a_check_that_finds_something_answers_once_and_says_what(mavplan, planned):
