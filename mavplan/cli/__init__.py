@@ -28,7 +28,7 @@ SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
     "Look": {
         "report": (
             "mavplan.cli.report:report_command",
-            "Write a plan as one page to look at, print and hand over.",
+            "Write a plan as one page to look at and print.",
         ),
         "export": ("mavplan.cli.export:export_command", "Write a mission file in another format."),
     },
