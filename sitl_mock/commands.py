@@ -10,7 +10,8 @@ from enum import IntEnum
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from sitl_mock.flight.pilot import Order, Pilot
+from sitl_mock.flight.orders import Order
+from sitl_mock.flight.pilot import Pilot
 from sitl_mock.telemetry import Schedule, Telemetry
 from sitl_mock.wire import Message
 

@@ -9,7 +9,8 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sitl_mock.firmware import Firmware
 from sitl_mock.flight.battery import CELLS
-from sitl_mock.flight.pilot import Pilot, Sample
+from sitl_mock.flight.orders import Sample
+from sitl_mock.flight.pilot import Pilot
 from sitl_mock.missions import MissionKeeper, MissionStatus
 from sitl_mock.vehicle import VehicleState
 from sitl_mock.wire import Message

@@ -1,25 +1,25 @@
 """ArduCopter in the air: what arms it, what its modes do, how it takes off, returns and lands.
 
-How it flies a mission is in `ardupilot_mission`. Measured on ArduCopter 4.7.0-dev (July 2025) in simulation.
+Its orders are in `ardupilot_orders`, its mission in `ardupilot_mission`. Measured on ArduCopter 4.7.0-dev (July 2025)
+in simulation.
 """
 
 import math
 
 from sitl_mock.feasibility import breaks_fence
 from sitl_mock.flight import ardupilot_legs as legs
+from sitl_mock.flight.agenda import FAR_S, Step
 from sitl_mock.flight.battery import CELLS
 from sitl_mock.flight.body import Part, Vector, minus, unit
 from sitl_mock.flight.curves import Pieces
 from sitl_mock.flight.modes import ARMABLE, COPTER_TITLES, STICK, Copter
-from sitl_mock.flight.pilot import DOWN, FAR_S, UP, Order, Pilot, Step
+from sitl_mock.flight.pilot import DOWN, UP, Pilot
 from sitl_mock.flight.verticals import ardupilot_descent, ardupilot_takeoff
 from sitl_mock.items import MissionType
 from sitl_mock.missions import SEVERITY_NOTICE, SEVERITY_WARNING
 from sitl_mock.vehicle import Landed
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4
-CUSTOM_MODE_ENABLED = 1
-FORCE = 21196
 TERRAIN_FRAMES = frozenset({10, 11})
 THERE_M = 0.02
 """A leg shorter than this is no leg."""
@@ -30,7 +30,7 @@ STICK_DOWN_M_S = 1.5
 
 
 class ArduPilotPilot(Pilot):
-    """ArduCopter without a mission: `ardupilot_mission` adds that."""
+    """ArduCopter without orders and mission: `ardupilot_orders` and `ardupilot_mission` add those."""
 
     aim: Vector = (0.0, 0.0, 0.0)
     """Where the last leg led, or where it last stopped."""
@@ -301,77 +301,3 @@ class ArduPilotPilot(Pilot):
         self.leave_mission()
         self.fall_down(at)
         self.show_mode()
-
-    # Commands
-
-    def order(self, order: Order, now: float) -> tuple[int, ...]:  # noqa: PLR0911 - one return a command
-        """Carry out a command."""
-        match order.command:
-            case 400:
-                return (self._arm_or_disarm(order, now),)
-            case 176:
-                custom = int(order.p1) & CUSTOM_MODE_ENABLED
-                return (ACCEPTED if custom and self.set_mode(int(order.p2), now) else FAILED,)
-            case 300:
-                return (self.start_mission(order, now),)
-            case 22:
-                return (self._take_off(order, now),)
-            case 20 | 21:
-                mode = Copter.RTL if order.command == 20 else Copter.LAND
-                return (ACCEPTED if self.set_mode(mode, now) else FAILED,)
-            case 178:
-                return (ACCEPTED if self.change_speed(order.p1, order.p2) else FAILED,)
-            case 192:
-                return (self._reposition(order, now),)
-            case 193:
-                return (ACCEPTED if self.pause(now, stop=order.p1 == 0) else FAILED,)
-            case 224:
-                return (ACCEPTED if self.set_current(int(order.p1), now) else FAILED,)
-        return ()
-
-    def _arm_or_disarm(self, order: Order, now: float) -> int:
-        force = order.p2 == FORCE
-        if order.p1 == 1:
-            return self.arm(now, force=force)
-        if self.vehicle.flying and not force:
-            return FAILED
-        if self.vehicle.flying:
-            self.text("Disarming motors")
-            self.leave_mission()
-            self.fall_down(now)
-            self.show_mode()
-        elif self.vehicle.armed:
-            self.disarm(now)
-        return ACCEPTED
-
-    def _take_off(self, order: Order, now: float) -> int:
-        if self.mode != Copter.GUIDED or not self.vehicle.armed or self.vehicle.flying or not order.z > 0:
-            return FAILED
-        if self.vehicle.landed == Landed.TAKEOFF:
-            return ACCEPTED
-        self.do(now, self.takeoff(self.home_up_m + order.z, legs.TAKEOFF_DELAY_S), self.in_air)
-        return ACCEPTED
-
-    def _reposition(self, order: Order, now: float) -> int:
-        if self.mode != Copter.GUIDED and not int(order.p2) & 1:
-            return DENIED
-        if not self.vehicle.flying or not (math.isfinite(order.x_e7) and math.isfinite(order.y_e7)):
-            return FAILED
-        self.enter(Copter.GUIDED, now)
-        n, e = self.tangent.metres(order.x_e7, order.y_e7)
-        u = order.z + (self.home_up_m if order.relative else -self.origin_alt_m)
-        place = (n, e, max(u, 0.0) if math.isfinite(u) else self.place(now)[2])
-        self.do(now, lambda at: self.fly(place, at, self.limits()))
-        return ACCEPTED
-
-    def start_mission(self, order: Order, now: float) -> int:
-        """Carry out MISSION_START."""
-        raise NotImplementedError
-
-    def change_speed(self, kind: float, speed: float) -> bool:
-        """Carry out DO_CHANGE_SPEED."""
-        raise NotImplementedError
-
-    def pause(self, now: float, *, stop: bool) -> bool:
-        """Carry out DO_PAUSE_CONTINUE."""
-        raise NotImplementedError

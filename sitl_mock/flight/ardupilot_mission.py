@@ -8,11 +8,14 @@ import math
 from dataclasses import dataclass
 
 from sitl_mock.flight import ardupilot_legs as legs
-from sitl_mock.flight.ardupilot import ACCEPTED, DENIED, FAILED, THERE_M, ArduPilotPilot
+from sitl_mock.flight.agenda import FAR_S, Step
+from sitl_mock.flight.ardupilot import ACCEPTED, DENIED, FAILED, THERE_M
+from sitl_mock.flight.ardupilot_orders import ArduPilotOrderedPilot
 from sitl_mock.flight.body import Part, Vector, minus, unit
 from sitl_mock.flight.curves import Pieces, s_curve
 from sitl_mock.flight.modes import Copter
-from sitl_mock.flight.pilot import FAR_S, MAX_DO_ITEMS, Order, Step
+from sitl_mock.flight.orders import Order
+from sitl_mock.flight.pilot import MAX_DO_ITEMS
 from sitl_mock.items import MissionType, StoredItem
 from sitl_mock.missions import SEVERITY_WARNING
 
@@ -63,7 +66,7 @@ class _Leg:
     accel: float
 
 
-class ArduPilotMissionPilot(ArduPilotPilot):
+class ArduPilotMissionPilot(ArduPilotOrderedPilot):
     """ArduCopter with its mission."""
 
     _speed: legs.Limits | None = None
@@ -202,6 +205,8 @@ class ArduPilotMissionPilot(ArduPilotPilot):
 
     def _begin(self, item: StoredItem, at: float) -> None:
         seq = item.seq
+        if item.command not in {TAKEOFF, DELAY}:
+            self.lift_off(at)
 
         def hold(seconds: float) -> None:
             self.do(

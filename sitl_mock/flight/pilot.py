@@ -1,22 +1,18 @@
-"""What both firmwares have in common in the air: steps in a row, arming, landing, the watch on battery and fence.
-
-A pilot has a row of steps. Each is called with the time it begins and returns the time it ends; the last one may
-give the pilot a new row. So a flight goes from event to event and nothing happens between them.
-"""
+"""What both firmwares have in common in the air: place, arming, landing, mishaps, the watch on battery and fence."""
 
 import math
 import random
-from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from sitl_mock.firmware import Firmware
+from sitl_mock.flight.agenda import FAR_S, WATCH_S, Agenda
 from sitl_mock.flight.air import Wander, Wind, gust
 from sitl_mock.flight.battery import Battery
 from sitl_mock.flight.body import Body, Part, Vector
 from sitl_mock.flight.curves import Pieces
 from sitl_mock.flight.earth import Tangent
 from sitl_mock.flight.faults import AtItem, FlightFaults
+from sitl_mock.flight.orders import Order, Sample
 from sitl_mock.flight.power import REFERENCE_MASS_KG, electric_w
 from sitl_mock.flight.verticals import fall
 from sitl_mock.items import StoredItem
@@ -24,11 +20,6 @@ from sitl_mock.missions import SEVERITY_CRITICAL, SEVERITY_INFO, MissionKeeper, 
 from sitl_mock.parameters import Parameters
 from sitl_mock.vehicle import Home, Landed, VehicleState
 
-Step = Callable[[float], float]
-
-FAR_S = math.inf
-WATCH_S = 0.5
-"""How often battery and fence are looked at."""
 PUSHED_LOOK_S = 0.1
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 EMPTY_SINK_M_S = 3.0
@@ -72,35 +63,7 @@ class Setting:
             )
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
-    """A command as COMMAND_LONG or COMMAND_INT brings it; `x_e7` and `y_e7` are NaN where it has no place."""
-
-    command: int
-    p1: float = 0.0
-    p2: float = 0.0
-    p3: float = 0.0
-    p4: float = 0.0
-    x_e7: float = math.nan
-    y_e7: float = math.nan
-    z: float = math.nan
-    relative: bool = True
-
-
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """Where the vehicle is and how it moves: degrees, metres, metres per second."""
-
-    lat_e7: int
-    lon_e7: int
-    alt_m: float
-    relative_m: float
-    velocity: Vector
-    heading_deg: float
-    throttle: float
-
-
-class Pilot:
+class Pilot(Agenda):
     """One vehicle in the air or on the ground; the two firmwares' pilots extend it.
 
     Parameters
@@ -126,6 +89,7 @@ class Pilot:
         setting: Setting,
         standing_e7: tuple[int, int] | None = None,
     ) -> None:
+        super().__init__()
         self.firmware, self.vehicle, self.missions, self.parameters = firmware, vehicle, missions, parameters
         self.setting = setting
         self.chance = random.Random(setting.seed)
@@ -139,13 +103,6 @@ class Pilot:
         if standing_e7 is not None:
             self.body = Body((*self.tangent.metres(*standing_e7), 0.0))
         self._said: list[Reply] = []
-        self._steps: deque[Step] = deque()
-        self._next_at = FAR_S
-        self.due = FAR_S
-        """When the next thing happens."""
-        self._turn = 0
-        self._watch_at = FAR_S
-        self._timers: list[tuple[float, Callable[[float], None]]] = []
         self._booted_at: float | None = None
         self._lost_until = -FAR_S
         self._struck: set[str] = set()
@@ -158,50 +115,6 @@ class Pilot:
     def begin(self, now: float) -> None:
         """Start its clock: power is on."""
         self._booted_at = now
-
-    def _plan(self) -> None:
-        self.due = min(self._next_at if self._steps else FAR_S, self._watch_at)
-        for at, _ in self._timers:
-            self.due = min(self.due, at)
-
-    def tick(self, now: float) -> None:
-        """Do whatever is due by now, each at its own time."""
-        while (due := self.due) <= now:
-            ready = next((timer for timer in self._timers if timer[0] == due), None)
-            if ready is not None:
-                self._timers.remove(ready)
-                ready[1](due)
-            elif self._watch_at == due:
-                self._watch(due)
-            else:
-                self._step(due)
-            self._plan()
-
-    def _step(self, at: float) -> None:
-        turn, step = self._turn, self._steps.popleft()
-        end = step(at)
-        if self._turn == turn:
-            self._next_at = end
-
-    def do(self, at: float, *steps: Step) -> None:
-        """Drop what it was doing and do this from now on."""
-        self._turn += 1
-        self._steps, self._next_at = deque(steps), at
-        self._plan()
-
-    def next_step(self, step: Step) -> None:
-        """Put a step before all others."""
-        self._steps.appendleft(step)
-
-    def later(self, at: float, what: Callable[[float], None]) -> None:
-        """Do something at a time, whatever the steps are."""
-        self._timers.append((at, what))
-        self._plan()
-
-    @staticmethod
-    def wait(seconds: float) -> Step:
-        """Return a step that lets time pass."""
-        return lambda at: at + seconds
 
     # What is said
 
@@ -308,13 +221,12 @@ class Pilot:
         self.vehicle.home = Home(*self.tangent.degrees_e7(n, e), round((self.origin_alt_m + u) * 100))
         self.vehicle.armed = True
         self._warned = self.breached = False
-        self._watch_at = at + WATCH_S
-        self._plan()
+        self.set_watch(at)
 
     def lift_off_at(self, at: float) -> None:
         """Leave the ground then, if it is still doing what it is doing now."""
-        turn = self._turn
-        self.later(at, lambda due: self.lift_off(due) if self._turn == turn else None)
+        still = self.still_at_it()
+        self.later(at, lambda due: self.lift_off(due) if still() else None)
 
     def stay_down(self, at: float) -> None:
         """Break off a take-off on the ground."""
@@ -343,8 +255,7 @@ class Pilot:
         self.vehicle.armed = False
         self.vehicle.mission_running = False
         self.vehicle.landed = Landed.ON_GROUND
-        self._watch_at = FAR_S
-        self._plan()
+        self.end_watch()
         self.battery.power_w = 0.0
         self._struck.clear()
 
@@ -430,8 +341,8 @@ class Pilot:
 
     # The watch
 
-    def _watch(self, at: float) -> None:
-        self._watch_at = at + WATCH_S
+    def look(self, at: float) -> None:
+        """Count energy, look at battery and fence."""
         if self.vehicle.flying:
             self.battery.draw(self._power_w(at - WATCH_S / 2), WATCH_S)
             if self.battery.capacity_wh > 0:
@@ -447,7 +358,7 @@ class Pilot:
     def _watch_battery(self, at: float) -> None:
         if self.battery.left <= 0:
             self.do(at, self.sink, self._lie_empty)
-            self._watch_at = FAR_S
+            self.end_watch()
         elif not self._warned and self.battery.left <= self.low_battery():
             self._warned = True
             self.battery_low(at)

@@ -1,6 +1,6 @@
 """PX4's multicopter in the air: what arms it, what its modes do, how it takes off, returns and lands.
 
-How it flies a mission is in `px4_mission`. Measured on PX4 main of 2025-08-18 with its SIH quadrotor.
+Its orders are in `px4_orders`, its mission in `px4_mission`. Measured on PX4 main of 2025-08-18 with its SIH quadrotor.
 """
 
 import math
@@ -8,17 +8,17 @@ import random
 
 from sitl_mock.feasibility import breaks_fence
 from sitl_mock.flight import px4_legs as legs
+from sitl_mock.flight.agenda import FAR_S, Step
 from sitl_mock.flight.body import Part, Vector, unit
 from sitl_mock.flight.curves import Pieces
 from sitl_mock.flight.modes import PX4_STICK, Px4
-from sitl_mock.flight.pilot import DOWN, FAR_S, UP, Order, Pilot, Step
+from sitl_mock.flight.pilot import DOWN, UP, Pilot
 from sitl_mock.flight.verticals import px4_descent, px4_takeoff
 from sitl_mock.items import MissionType
 from sitl_mock.missions import SEVERITY_WARNING
 from sitl_mock.vehicle import Landed
 
 ACCEPTED, REJECTED, DENIED = 0, 1, 2
-FORCE = 21196
 DETECT_TAKEOFF_S = 1.85
 LAND_DELAY_S, DETECT_LAND_S, DISARM_S = 0.65, 4.3, 2.0
 PREFLIGHT_DISARM_S = 10.0
@@ -28,7 +28,7 @@ TEXT_DELAY_S = 0.05
 
 
 class Px4Pilot(Pilot):
-    """PX4 without a mission: `px4_mission` adds that."""
+    """PX4 without orders and mission: `px4_orders` and `px4_mission` add those."""
 
     turn_rate_deg_s = 45.0
     decel = 2.0
@@ -359,83 +359,3 @@ class Px4Pilot(Pilot):
         self.critical("Critical failure detected: motors stopped\t")
         self.leave_mission()
         self.fall_down(at)
-
-    # Commands
-
-    def order(self, order: Order, now: float) -> tuple[int, ...]:  # noqa: PLR0911 - one return a command
-        """Carry out a command."""
-        match order.command:
-            case 400:
-                return (self._arm_or_disarm(order, now),)
-            case 176:
-                custom = (int(order.p2) << 16) | (int(order.p3) << 24)
-                result = ACCEPTED if int(order.p1) & 1 and self.set_mode(custom, now) else REJECTED
-                return (result, result) if result == ACCEPTED else (result,)
-            case 300:
-                return (self.start_mission(now),)
-            case 22:
-                return (self._order_takeoff(order, now),)
-            case 20 | 21:
-                mode = Px4.RETURN if order.command == 20 else Px4.LAND
-                return (ACCEPTED if self.set_mode(mode, now) else REJECTED,)
-            case 178:
-                return (ACCEPTED if self.change_speed(order.p1, order.p2) else DENIED,)
-            case 192:
-                return (self._reposition(order, now),)
-            case 193:
-                mode = Px4.HOLD if order.p1 == 0 else Px4.MISSION
-                return (ACCEPTED if self.vehicle.armed and self.set_mode(mode, now) else REJECTED,)
-            case 224:
-                return (ACCEPTED if self.set_current(int(order.p1), now) else DENIED,)
-        return ()
-
-    def _arm_or_disarm(self, order: Order, now: float) -> int:
-        force = order.p2 == FORCE
-        if order.p1 == 1:
-            return self.arm(now, force=force)
-        if self.vehicle.flying and not force:
-            self.critical("Disarming denied: not landed\t")
-            return REJECTED
-        if self.vehicle.armed:
-            self.text("Disarmed by external command\t")
-            self.leave_mission()
-            if self.vehicle.flying:
-                self.fall_down(now)
-            else:
-                self.lay_down_arms(now)
-        return ACCEPTED
-
-    def _order_takeoff(self, order: Order, now: float) -> int:
-        if not self.ready or self.vehicle.flying:
-            return REJECTED
-        if self.vehicle.landed == Landed.TAKEOFF:
-            return ACCEPTED
-        self.leave_mission()
-        self.vehicle.custom_mode, self.vehicle.in_mission_mode = int(Px4.TAKEOFF), False
-        self.vehicle.mode_changes += 1
-        up = order.z - self.origin_alt_m if math.isfinite(order.z) else None
-        if self.vehicle.armed:
-            self._take_off(now, up)
-        return ACCEPTED
-
-    def _reposition(self, order: Order, now: float) -> int:
-        if not self.vehicle.flying:
-            return DENIED
-        self.enter(Px4.HOLD, now)
-        here = self.place(now)
-        n, e = here[0], here[1]
-        if math.isfinite(order.x_e7) and math.isfinite(order.y_e7):
-            n, e = self.tangent.metres(order.x_e7, order.y_e7)
-        u = order.z + (self.home_up_m if order.relative else -self.origin_alt_m)
-        place = (n, e, max(u, 0.0) if math.isfinite(u) else here[2])
-        if math.dist(place, here) > legs.ALTITUDE_RADIUS_M:
-            self.do(now, lambda at: self.fly(place, at, self.cruise()))
-        return ACCEPTED
-
-    def start_mission(self, now: float) -> int:
-        """Carry out MISSION_START."""
-        raise NotImplementedError
-
-    def change_speed(self, kind: float, speed: float) -> bool:
-        """Carry out DO_CHANGE_SPEED."""
-        raise NotImplementedError

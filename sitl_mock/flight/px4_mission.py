@@ -7,10 +7,12 @@ over; the last of them is then the one reported. A return is reported when it be
 import math
 
 from sitl_mock.flight import px4_legs as legs
+from sitl_mock.flight.agenda import FAR_S, Step
 from sitl_mock.flight.body import Vector
 from sitl_mock.flight.modes import Px4
-from sitl_mock.flight.pilot import FAR_S, MAX_DO_ITEMS, Step
-from sitl_mock.flight.px4 import ACCEPTED, DENIED, TEXT_DELAY_S, Px4Pilot
+from sitl_mock.flight.pilot import MAX_DO_ITEMS
+from sitl_mock.flight.px4 import ACCEPTED, DENIED, TEXT_DELAY_S
+from sitl_mock.flight.px4_orders import Px4OrderedPilot
 from sitl_mock.items import StoredItem
 
 WAYPOINT, LOITER_UNLIM, LOITER_TIME, RTL, LAND, TAKEOFF, LOITER_TO_ALT = 16, 17, 19, 20, 21, 22, 31
@@ -21,7 +23,7 @@ ACTING = PLACES | {RTL, DELAY}
 VERDICT_LATER_S = 0.05
 
 
-class Px4MissionPilot(Px4Pilot):
+class Px4MissionPilot(Px4OrderedPilot):
     """PX4 with its mission."""
 
     _speed: float | None = None

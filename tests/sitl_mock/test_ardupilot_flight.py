@@ -400,3 +400,46 @@ def test_a_reboot_in_the_air_brings_it_down_and_it_stands_where_it_fell() -> Non
     rig.run(45)
     assert results(rig.send(command(400, 1))) == [0]
     assert rig.off(200, 0) < 2
+
+
+def test_another_item_before_it_has_left_the_ground_is_flown_from_the_ground() -> None:
+    rig = PilotRig("ardupilot")
+    rig.load(takeoff(), stop(50, 0, 1), RETURN)
+    rig.start()
+    rig.run(1)
+    rig.send(command(224, 2))
+    rig.run(60)
+    assert rig.state.flying or not rig.state.armed
+    assert 2 in rig.reached()
+
+
+def test_a_mode_change_before_it_has_left_the_ground_breaks_the_takeoff_off() -> None:
+    rig = PilotRig("ardupilot")
+    rig.load(takeoff(), stop(50, 0, 1), RETURN)
+    rig.start()
+    rig.run(1)
+    rig.send(command(176, 1, 17))
+    rig.run(9)
+    assert rig.place()[2] == 0
+    assert rig.state.armed
+    rig.run(2)
+    assert not rig.state.armed
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
+def test_a_flight_goes_from_event_to_event(firmware: str) -> None:
+    """Six minutes: a few wake-ups a second, not hundreds."""
+    rig = PilotRig(firmware, battery_wh=200.0)
+    rig.load(takeoff(), *(stop(20 + n, 40, 20) for n in range(15)), RETURN)
+    rig.send(command(511, 33, 1e6), command(511, 42, 1e6))
+    rig.start()
+    wakes, began = 0, rig.now
+    while rig.state.armed:
+        timer = rig.vehicle.next_timer()
+        assert timer is not None
+        rig.vehicle.tick(timer)
+        rig.vehicle.to_send()
+        rig.now = timer
+        wakes += 1
+    assert rig.now - began > 300
+    assert wakes / (rig.now - began) < 12
