@@ -11,6 +11,7 @@ from mavplan.scenario.sections import (
     PlannerOptions,
     Radio,
     Service,
+    TerrainOptions,
     Vehicle,
     Wind,
 )
@@ -28,6 +29,7 @@ __all__ = [
     "Radio",
     "Scenario",
     "Service",
+    "TerrainOptions",
     "Users",
     "Vehicle",
     "Wind",

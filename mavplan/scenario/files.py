@@ -26,7 +26,7 @@ def read_text(path: Path, label: str, limit_bytes: int, report: Report) -> str |
 def read_bytes(path: Path, label: str, limit_bytes: int, report: Report) -> bytes | None:
     """Return the content of a file; None with a problem noted. Parameters as for `read_text`."""
     try:
-        fault = _fault_of(path, limit_bytes)
+        fault = file_fault(path, limit_bytes)
         if fault is not None:
             report.error(label, fault, "unreadable")
             return None
@@ -48,8 +48,14 @@ def decode(data: bytes, label: str, report: Report) -> str | None:
         return None
 
 
-def _fault_of(path: Path, limit_bytes: int) -> str | None:
-    """Return why a file is not even opened, if there is a reason."""
+def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
+    """Return why a file is not even opened, if there is a reason.
+
+    Raises
+    ------
+    OSError
+        It is not there, or may not be looked at.
+    """
     try:
         status = path.stat()
     except ValueError:  # a NUL character in the name
@@ -58,7 +64,7 @@ def _fault_of(path: Path, limit_bytes: int) -> str | None:
         return "is a folder, not a file"
     if not stat.S_ISREG(status.st_mode):
         return "is not an ordinary file"
-    if status.st_size > limit_bytes:
+    if limit_bytes is not None and status.st_size > limit_bytes:
         return f"has {figure(status.st_size)} bytes; at most {figure(limit_bytes)} are read"
     return None
 

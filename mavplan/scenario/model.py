@@ -7,7 +7,18 @@ from numpy.typing import NDArray
 
 from mavplan.errors import Problem
 from mavplan.mission.geofence import Fence, RallyPoint
-from mavplan.scenario.sections import D2D, FenceOptions, Home, PlannerOptions, Radio, Service, Vehicle, Wind
+from mavplan.scenario.sections import (
+    D2D,
+    FenceOptions,
+    Home,
+    PlannerOptions,
+    Radio,
+    Service,
+    TerrainOptions,
+    Vehicle,
+    Wind,
+)
+from mavplan.terrain.grid import Terrain
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,7 +64,7 @@ class Scenario:
     """Everything that is known before planning, in SI units and local metres.
 
     ``fence``, ``no_fly`` and ``rally`` stay in degrees, as they go into the mission: ``fence`` is what a mission is
-    held to, ``no_fly`` what it is planned round. ``warnings`` holds what was noticed while reading: a pair beyond the
+    held to, ``no_fly`` what it is planned round. Without ``terrain`` the ground is flat. ``warnings`` holds what was noticed while reading: a pair beyond the
     D2D range, keys not used.
     """
 
@@ -69,4 +80,6 @@ class Scenario:
     fence: Fence | None = None
     no_fly: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
+    terrain_options: TerrainOptions = field(default_factory=TerrainOptions)
+    terrain: Terrain | None = None
     warnings: tuple[Problem, ...] = ()

@@ -24,6 +24,7 @@ from mavplan.scenario.sections import (
     Radio,
     Rally,
     Service,
+    TerrainOptions,
     Vehicle,
     Vertex,
     Wind,
@@ -38,6 +39,7 @@ SECTIONS: dict[str, type[Any]] = {
     "service": Service,
     "wind": Wind,
     "fence": FenceOptions,
+    "terrain": TerrainOptions,
     "planner": PlannerOptions,
 }
 """Tables of ``scenario.toml`` by name, in the order in which they are documented."""
@@ -53,11 +55,6 @@ AREA_KEYS = ("polygon_deg", "circle")
 
 NO_FLY_KEYS = (*AREA_KEYS, "file", "name")
 """Keys of a no-fly zone: an area, or a file of them, and what to call it."""
-
-RESERVED = {
-    "terrain": "terrain",
-}
-"""Tables that are set aside: known by name, not honoured."""
 
 _UNITS = (
     ("_m_s2", "m/s²"),
@@ -164,7 +161,13 @@ def _describe(hint: Any) -> tuple[str, _Limits]:
     return _NOUNS[hint], _NO_LIMITS
 
 
-_NOUNS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
+_NOUNS: dict[Any, str] = {
+    float: "a number",
+    int: "a whole number",
+    str: "text",
+    bool: "true or false",
+    list[str]: "a list of text",
+}
 
 
 def _limits(extras: list[Any]) -> _Limits:

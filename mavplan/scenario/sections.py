@@ -134,6 +134,15 @@ class FenceOptions:
 
 
 @dataclass(frozen=True, config=_CHECKED)
+class TerrainOptions:
+    """The ground: files of it, what to keep above it along every leg, what its heights are above."""
+
+    file: str | list[str] | None = None
+    clearance_m: Annotated[float, Field(ge=1, le=1000)] = 30.0
+    datum: str | None = None
+
+
+@dataclass(frozen=True, config=_CHECKED)
 class Vertex:
     """A corner of a fence polygon, WGS84 degrees."""
 

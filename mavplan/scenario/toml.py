@@ -20,7 +20,7 @@ from mavplan.scenario.fence_checks import check_fence_places, check_heights
 from mavplan.scenario.files import decode, read_text
 from mavplan.scenario.lists import ListedThings, read_lists
 from mavplan.scenario.model import Scenario, Users
-from mavplan.scenario.reference import AREA_LISTS, RESERVED, SECTIONS, keys_of
+from mavplan.scenario.reference import AREA_LISTS, SECTIONS, keys_of
 from mavplan.scenario.report import Report, key_name, listed, nearest, shown
 from mavplan.scenario.sections import (
     D2D,
@@ -30,9 +30,11 @@ from mavplan.scenario.sections import (
     PlannerOptions,
     Radio,
     Service,
+    TerrainOptions,
     Vehicle,
     Wind,
 )
+from mavplan.scenario.terrain import check_terrain, ground_of
 from mavplan.scenario.users import FileUsers, read_users
 from mavplan.scenario.validate import sound_values
 
@@ -114,6 +116,8 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
         check_heights(things.rally, sections.fence, sections.vehicle, label, report)
     if sections.home is not None and things.sound and sections.sound("fence"):
         check_fence_places(things, sections.fence, sections.home, label, report)
+    if "terrain" in data and sections.sound("terrain", "vehicle", "service"):
+        check_terrain(sections.terrain, sections.vehicle, sections.service, label, report)
     if users is not None and sections.home is not None:
         reach = (
             reach_of(sections.vehicle, sections.radio, sections.d2d, sections.service)
@@ -124,7 +128,12 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
     report.raise_errors()
     if users is None or sections.home is None:
         raise AssertionError("a scenario without users or home left no problem")
-    return _scenario(sections, sections.home, users, things, label, report)
+    scenario = _scenario(sections, sections.home, users, things, label, report)
+    if sections.terrain.file is None:
+        return scenario
+    terrain = ground_of(scenario, users.places, folder, label, report)
+    report.raise_errors()
+    return dataclasses.replace(scenario, terrain=terrain, warnings=report.warnings())
 
 
 def _scenario(
@@ -158,6 +167,7 @@ def _scenario(
         fence=things.fence,
         no_fly=things.no_fly,
         rally=things.rally,
+        terrain_options=sections.terrain,
         warnings=report.warnings(),
     )
 
@@ -199,17 +209,11 @@ def _users_path(data: dict[str, Any], folder: Path, label: str, report: Report) 
 
 
 def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
-    """Note tables that are set aside for later, and keys at the top that nobody knows."""
+    """Note keys at the top that nobody knows."""
     for name in data:
         if name in ("users", "rally", "no_fly") or name in SECTIONS:
             continue
-        if name in RESERVED:
-            message = (
-                f"is not honoured by this version: the plan is made as if there were no {RESERVED[name]}"
-            )
-            report.warning(f"{label}, [{name}]", message.replace("no a ", "no "), "not-honoured")
-            continue
-        known = ["users", *SECTIONS, "rally", "no_fly", *RESERVED]
+        known = ["users", *SECTIONS, "rally", "no_fly"]
         message = f"is not known{_remedy(name, known, '')}"
         report.error(f"{label}, {key_name(name)}", message, "unknown-key")
 
@@ -237,6 +241,7 @@ class _Sections:
     service: Service
     wind: Wind
     fence: FenceOptions
+    terrain: TerrainOptions
     planner: PlannerOptions
 
     def __init__(self, data: dict[str, Any], label: str, report: Report) -> None:
