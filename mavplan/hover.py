@@ -73,8 +73,21 @@ class Holds:
         return self.hover_s - float(self.asked_s.sum())
 
 
-def hold_times(scenario: Scenario, trajectory: Trajectory, rules: AutopilotRules) -> Holds:
+def hold_times(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    rules: AutopilotRules,
+    rates_bit_s_hz: Floats | None = None,
+) -> Holds:
     """Return the hold at every stop for the scenario's service.
+
+    Parameters
+    ----------
+    scenario, trajectory, rules
+        What is asked, where, of which autopilot.
+    rates_bit_s_hz
+        (N, M) of every user at every stop over real ground, 0 out of reach; None: over a plane. With them nothing is
+        counted in flight.
 
     Raises
     ------
@@ -83,17 +96,19 @@ def hold_times(scenario: Scenario, trajectory: Trajectory, rules: AutopilotRules
     """
     channel = planning_channel(scenario)
     demand_bit = demand_on_air(scenario.users, trajectory)
+    rates = None if rates_bit_s_hz is None else scenario.radio.bandwidth_hz * rates_bit_s_hz
     if scenario.service.mode == "tdma":
-        holds = _tdma(scenario, trajectory, demand_bit, channel, rules)
+        holds = _tdma(scenario, trajectory, demand_bit, channel, rules, rates)
     else:
         in_flight_bit = None
-        if counts_in_flight(scenario):
+        if rates is None and counts_in_flight(scenario):
             in_flight_bit = received_in_flight(
                 scenario.users.xy_m, trajectory, channel, scenario.vehicle, rules
             )
             left_bit = demand_bit - in_flight_bit
             demand_bit = np.where(left_bit < DEMAND_TOLERANCE_BIT, 0.0, left_bit)
-        rates = broadcast_rates(scenario.users, trajectory.stops_m, channel)
+        if rates is None:
+            rates = broadcast_rates(scenario.users, trajectory.stops_m, channel)
         asked_s = least_broadcast_holds(rates, demand_bit)
         stored_s = _stored_broadcast_holds(asked_s, rates, demand_bit, rules)
         holds = Holds(asked_s, stored_s, in_flight_bit=in_flight_bit)
@@ -234,7 +249,12 @@ def _least_whole_steps(rates_bit_s: Floats, demand_bit: Floats, rules: Autopilot
 
 
 def _tdma(
-    scenario: Scenario, trajectory: Trajectory, demand_bit: Floats, channel: Channel, rules: AutopilotRules
+    scenario: Scenario,
+    trajectory: Trajectory,
+    demand_bit: Floats,
+    channel: Channel,
+    rules: AutopilotRules,
+    rates_bit_s: Floats | None,
 ) -> Holds:
     """Return holds and schedule where one user at a time is served, at its best stop, in the order of the file."""
     users, assignment = scenario.users, trajectory.assignment
@@ -244,6 +264,8 @@ def _tdma(
         stop = int(assignment.stop[user])
         apart_m = np.linalg.norm(users.xy_m[user : user + 1] - trajectory.stops_m[stop], axis=1)
         rate_bit_s = channel.radio.bandwidth_hz * float(channel.air_rate(apart_m)[0])
+        if rates_bit_s is not None:
+            rate_bit_s = float(rates_bit_s[user, stop])
         duration_s = float(demand_bit[user]) / rate_bit_s
         schedule.append(Slot(stop, int(user), float(asked_s[stop]), duration_s))
         asked_s[stop] += duration_s

@@ -29,6 +29,8 @@ from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import planning_channel
 from mavplan.scenario.fence_checks import height_faults
 from mavplan.scenario.model import Floats, Scenario
+from mavplan.terrain.check import held_against_ground
+from mavplan.terrain.flight import fly_over
 
 HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
 
@@ -106,17 +108,21 @@ def make_plan(
     ------
     InputError
         Nobody can be reached, a hold cannot be stored, the planner is unknown, the benchmark has too many strips, the
-        mission would leave its fence, no-fly zones leave no place for a user or no way to a stop.
+        mission would leave its fence, no-fly zones leave no place for a user or no way to a stop, the ground is not
+        known under a leg.
     """
     vehicle, home = scenario.vehicle, scenario.home
     rules = AUTOPILOTS[vehicle.autopilot]
     plane = LocalPlane(home.lat_deg, home.lon_deg)
     trajectory = plan_trajectory(scenario, progress)
-    back_e7: list[tuple[int, int]] | None = None
+    back_m: Floats | None = None
     if scenario.no_fly is not None:
         trajectory, back_m = _round_zones(trajectory, scenario, scenario.no_fly, plane)
-        back_e7 = _places_e7(back_m, plane)
-    holds = hold_times(scenario, trajectory, rules)
+    over = None if scenario.terrain is None else fly_over(trajectory, scenario, scenario.terrain, back_m, plane)
+    if over is not None:
+        bound = _of_path(trajectory.bound, over.trajectory.path_m, over.back_m)
+        trajectory, back_m = replace(over.trajectory, bound=bound), over.back_m
+    holds = hold_times(scenario, trajectory, rules, None if over is None else over.links.rates_bit_s_hz)
     flown_m = trajectory.path_m[1:]
     holds_s: list[float | None] = [None] * len(flown_m)
     for at, hold_s in zip(trajectory.stop_at, holds.stored_s.tolist(), strict=True):
@@ -126,13 +132,16 @@ def make_plan(
         stops_e7=_places_e7(flown_m, plane),
         holds_s=holds_s,
         rules=rules,
-        altitude_m=vehicle.altitude_m,
+        altitude_m=vehicle.altitude_m if over is None else over.takeoff_m,
         speed_m_s=vehicle.speed_m_s,
         end=vehicle.end,
         hover=hover,
-        back_e7=back_e7,
+        back_e7=None if back_m is None else _places_e7(back_m, plane),
+        heights=None if over is None else over.heights,
     )
     built = _fenced(built, scenario, rules)
+    if scenario.terrain is not None:
+        built = held_against_ground(built, scenario, scenario.terrain, rules)
     expected = expected_flight(built.mission, scenario, rules)
     benchmark = sbw(scenario.users, planning_channel(scenario))
     return Plan(scenario, rules, trajectory, holds, built, expected, joint_index(trajectory, benchmark))
@@ -153,11 +162,12 @@ def _round_zones(
     return replace(found.trajectory, notes=notes, bound=bound), found.back_m
 
 
-def _of_path(bound: Bound | None, path_m: Floats, back_m: Floats) -> Bound | None:
+def _of_path(bound: Bound | None, path_m: Floats, back_m: Floats | None) -> Bound | None:
     """Return a bound on the length of paths beside that of this one, which turns at ``back_m`` on its way home."""
     if bound is None or bound.objective == "mission_s":
         return bound
-    home = np.vstack([back_m, ORIGIN_M]) if bound.objective == "tour_m" else np.empty((0, 2))
+    turns_m = np.empty((0, 2)) if back_m is None else back_m
+    home = np.vstack([turns_m, ORIGIN_M]) if bound.objective == "tour_m" else np.empty((0, 2))
     return replace(bound, plan=path_length_m(np.vstack([path_m, home])))
 
 
@@ -183,15 +193,12 @@ def _fenced(built: BuiltMission, scenario: Scenario, rules: AutopilotRules) -> B
     """
     fence = _with_zones(scenario.fence, scenario.no_fly)
     mission = replace(built.mission, fence=fence, rally=scenario.rally)
-    names: dict[int, str] = {}
-    for number, stop in enumerate(built.stop_items, start=1):
-        names |= {stop.first: f"stop {number}", stop.hold: f"stop {number}"}
     heights = height_faults(scenario.rally, scenario.fence_options, scenario.vehicle)
     noticed = fence_problems(mission, rules)
     problems = [
         *(Problem(where, message, code) for where, message, code in heights),
         *(problem for problem in noticed if problem.severity == "error"),
-        *mission_breaches(mission, margin_m=scenario.fence_options.margin_m, names=names),
+        *mission_breaches(mission, margin_m=scenario.fence_options.margin_m, names=built.stop_names),
     ]
     if problems:
         raise InputError(problems)

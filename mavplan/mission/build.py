@@ -35,12 +35,40 @@ class StopItems:
 
 
 @dataclass(frozen=True, slots=True)
+class Heights:
+    """Altitudes above home where they are not all the same: over real ground.
+
+    Attributes
+    ----------
+    points_m
+        Of each stop or turning point.
+    back_m
+        Of each place where the way back turns.
+    above_home_m
+        Where the way back ends and the landing begins.
+    land_m
+        Of the ground at the last stop.
+    """
+
+    points_m: Sequence[float]
+    back_m: Sequence[float]
+    above_home_m: float
+    land_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class BuiltMission:
     """A mission, its stops among its items in flying order, and what the user should know about it."""
 
     mission: Mission
     stop_items: tuple[StopItems, ...]
     warnings: tuple[Problem, ...]
+
+    @property
+    def stop_names(self) -> dict[int, str]:
+        """``stop 3`` by the index of each item of a stop that messages may name."""
+        numbered = list(enumerate(self.stop_items, start=1))
+        return {item: f"stop {number}" for number, stop in numbered for item in (stop.first, stop.hold)}
 
 
 def build_mission(
@@ -54,6 +82,7 @@ def build_mission(
     end: End = "rtl",
     hover: Hover = "waypoint+loiter",
     back_e7: Sequence[tuple[int, int]] | None = None,
+    heights: Heights | None = None,
 ) -> BuiltMission:
     """Return the mission that visits the stops in their order and holds at each.
 
@@ -73,7 +102,7 @@ def build_mission(
     rules
         The autopilot.
     altitude_m
-        Of all stops, above home.
+        Of all stops, above home; with ``heights`` of the take-off.
     speed_m_s
         Between stops.
     end
@@ -84,6 +113,8 @@ def build_mission(
     back_e7
         Where the way back turns, for a vehicle that must not fly straight: with ``rtl`` it flies along these places to
         above home and lands there, for a return to launch is straight. None: it may.
+    heights
+        Altitudes where they are not all the same.
 
     Returns
     -------
@@ -97,21 +128,23 @@ def build_mission(
     problems = tuple(_problems(home, stops_e7, holds_s, rules, altitude_m, speed_m_s, end, hover))
     if problems:
         raise InputError(problems)
+    if heights is None:
+        heights = Heights([altitude_m] * len(stops_e7), [altitude_m] * len(back_e7 or ()), altitude_m, 0.0)
     take_off = _position(Command.NAV_TAKEOFF, 0.0, rules, (home.lat_e7, home.lon_e7), altitude_m)
     speed = MissionItem(Command.DO_CHANGE_SPEED, Frame.MISSION, (1.0, float(speed_m_s), -1.0, 0.0))
     items = [take_off, speed] if rules.name == "px4" else [speed, take_off]
     stop_items = []
-    for place, hold_s in zip(stops_e7, holds_s, strict=True):
+    for place, alt_m, hold_s in zip(stops_e7, heights.points_m, holds_s, strict=True):
         if hold_s is None:
-            items.append(_position(Command.NAV_WAYPOINT, 0.0, rules, place, altitude_m))
+            items.append(_position(Command.NAV_WAYPOINT, 0.0, rules, place, alt_m))
             continue
-        stop = _stop(hover, _stored(hold_s, rules), rules, place, altitude_m)
+        stop = _stop(hover, _stored(hold_s, rules), rules, place, alt_m)
         stop_items.append(StopItems(len(items), len(items) + len(stop) - 1))
         items += stop
     if end == "rtl" and back_e7 is not None:
-        items += _way_home(back_e7, home, rules, altitude_m)
+        items += _way_home(back_e7, home, rules, heights)
     else:
-        items.append(_end(end, rules, stops_e7[-1], altitude_m))
+        items.append(_end(end, rules, stops_e7[-1], heights))
     mission = Mission(
         items=tuple(items),
         home=home,
@@ -144,20 +177,21 @@ def _stop(
     return [_position(Command.NAV_WAYPOINT, 0.0, rules, place, alt_m), loiter]
 
 
-def _end(end: End, rules: AutopilotRules, place: tuple[int, int], alt_m: float) -> MissionItem:
+def _end(end: End, rules: AutopilotRules, place: tuple[int, int], heights: Heights) -> MissionItem:
     match end:
         case "land":
-            return _position(Command.NAV_LAND, 0.0, rules, place, 0.0)
+            return _position(Command.NAV_LAND, 0.0, rules, place, heights.land_m)
         case "stay":
-            return _position(Command.NAV_LOITER_UNLIM, 0.0, rules, place, alt_m)
+            return _position(Command.NAV_LOITER_UNLIM, 0.0, rules, place, heights.points_m[-1])
     return MissionItem(Command.NAV_RETURN_TO_LAUNCH, Frame.MISSION)
 
 
 def _way_home(
-    back_e7: Sequence[tuple[int, int]], home: HomePosition, rules: AutopilotRules, alt_m: float
+    back_e7: Sequence[tuple[int, int]], home: HomePosition, rules: AutopilotRules, heights: Heights
 ) -> list[MissionItem]:
     above_home = (home.lat_e7, home.lon_e7)
-    way = [_position(Command.NAV_WAYPOINT, 0.0, rules, place, alt_m) for place in (*back_e7, above_home)]
+    turns = zip((*back_e7, above_home), (*heights.back_m, heights.above_home_m), strict=True)
+    way = [_position(Command.NAV_WAYPOINT, 0.0, rules, place, alt_m) for place, alt_m in turns]
     return [*way, _position(Command.NAV_LAND, 0.0, rules, above_home, 0.0)]
 
 

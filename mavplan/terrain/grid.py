@@ -67,7 +67,33 @@ class Terrain:
         if steps > MOST_SAMPLES:
             raise ValueError(f"a leg over {steps} cells")
         even = np.linspace(0.0, 1.0, steps + 1)
-        cells = self.cells_of(start + even[:, None] * way)
+        return self._along(even, self.cells_of(start + even[:, None] * way))
+
+    def sees(self, eye_m: Floats, eye_alt_m: Floats, at_m: Floats, alt_m: Floats) -> NDArray[np.bool_]:
+        """Return (K,) whether nothing of the ground stands between K pairs of points.
+
+        Parameters
+        ----------
+        eye_m, at_m
+            (K, 2) places, no more than some kilometres apart: the line between them is taken as straight over the cells.
+        eye_alt_m, alt_m
+            (K,) metres above sea level.
+
+        Returns
+        -------
+        ndarray
+            False also where the ground between is not known.
+        """
+        clear = np.zeros(len(eye_m), dtype=bool)
+        ends = np.array([0.0, 1.0])
+        for k, cells in enumerate(np.stack([self.cells_of(eye_m), self.cells_of(at_m)], axis=1)):
+            ground = self._along(ends, cells)
+            line_m = eye_alt_m[k] + ground.at * (alt_m[k] - eye_alt_m[k])
+            clear[k] = bool((line_m >= ground.top_m).all())
+        return clear
+
+    def _along(self, even: Floats, cells: Floats) -> Ground:
+        """Return the ground under a leg that is straight between these parts of it, at these cells."""
         at = np.unique(np.concatenate([even, *(_passed(even, cells[:, axis]) for axis in (0, 1))]))
         along = np.column_stack([np.interp(at, even, cells[:, axis]) for axis in (0, 1)])
         ends_m, middles_m = self._at_cells(along), self._at_cells((along[:-1] + along[1:]) / 2)

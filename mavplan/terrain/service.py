@@ -1,0 +1,214 @@
+"""Who is heard from where over real ground, and stops for those whom nobody would serve. Pure.
+
+Planners know a plane. Here every user stands on the ground at its place, every stop hangs at its altitude, and the
+ground may stand between the two.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mavplan.errors import InputError, Problem
+from mavplan.planners.trajectory import NO_STOP, Assignment, Trajectory, mate_covered
+from mavplan.radio import REACH_TOLERANCE_M, Channel, highest_altitude_m, spectral_rate
+from mavplan.scenario.model import Bools, Floats, Users
+from mavplan.terrain.grid import Terrain
+
+USER_M = 1.5
+"""A user's radio is held so high above the ground."""
+
+Route = Callable[[Floats, Floats], "list[Floats] | None"]
+"""From one place to another: where the way turns; None where there is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """What M stops give N users.
+
+    Attributes
+    ----------
+    rates_bit_s_hz
+        (N, M) log2(1+γ); 0 where the user is out of reach or the ground is in the way.
+    hidden
+        (N, M) whether the user would be in reach and the ground is in the way.
+    """
+
+    rates_bit_s_hz: Floats
+    hidden: Bools
+
+    def with_stop(self, number: int, other: "Links") -> "Links":
+        """Return the links with those of one more stop, which becomes this number, from 0."""
+        return Links(
+            np.insert(self.rates_bit_s_hz, number, other.rates_bit_s_hz[:, 0], axis=1),
+            np.insert(self.hidden, number, other.hidden[:, 0], axis=1),
+        )
+
+
+def links_of(terrain: Terrain, users_m: Floats, stops_m: Floats, stop_alt_m: Floats, channel: Channel) -> Links:
+    """Return who is heard from which stop.
+
+    Parameters
+    ----------
+    terrain
+        Known at all users.
+    users_m, stops_m
+        (N, 2) and (M, 2) places.
+    stop_alt_m
+        (M,) metres above sea level.
+    channel
+        Reach is the distance in space at which its threshold is met, less what it keeps for drift.
+    """
+    user_alt_m = terrain.height_m(users_m) + USER_M
+    over_ground_m = np.linalg.norm(users_m[:, None, :] - stops_m[None, :, :], axis=2)
+    slant_m = np.hypot(over_ground_m, stop_alt_m[None, :] - user_alt_m[:, None]) + channel.position_error_m
+    reached = slant_m <= highest_altitude_m(channel.radio) + REACH_TOLERANCE_M
+    user, stop = np.nonzero(reached)
+    clear = terrain.sees(users_m[user], user_alt_m[user], stops_m[stop], stop_alt_m[stop])
+    hidden = np.zeros_like(reached)
+    hidden[user, stop] = ~clear
+    rates = spectral_rate(slant_m**2, channel.gamma0, channel.radio.path_loss_exponent)
+    return Links(np.where(reached & ~hidden, rates, 0.0), hidden)
+
+
+def assign_by(links: Links, users: Users, channel: Channel) -> Assignment:
+    """Serve each user from the stop that gives it most, else through a mate that is so served; ties go to the first."""
+    rate = links.rates_bit_s_hz.max(axis=1, initial=0.0)
+    reached = rate > 0
+    best = links.rates_bit_s_hz.argmax(axis=1) if links.rates_bit_s_hz.shape[1] else np.zeros(len(users), np.int64)
+    stop = np.where(reached, best, NO_STOP)
+    d2d = ~reached & mate_covered(users, reached)
+    mates = users.mate[d2d]
+    apart_m = np.linalg.norm(users.xy_m[d2d] - users.xy_m[mates], axis=1)
+    stop[d2d] = stop[mates]
+    rate[d2d] = np.minimum(rate[mates], channel.d2d_rate(apart_m))
+    return Assignment(stop=stop, d2d=d2d, rate_bit_s_hz=rate)
+
+
+@dataclass(frozen=True, eq=False)
+class Served:
+    """A trajectory that serves everybody over real ground, its links, and where the way back turns."""
+
+    trajectory: Trajectory
+    links: Links
+    back_m: Floats
+
+
+def serve_all(
+    trajectory: Trajectory,
+    users: Users,
+    channel: Channel,
+    altitudes_of: Callable[[Floats], Floats],
+    terrain: Terrain,
+    *,
+    back_m: Floats,
+    returns: bool,
+    closed: Callable[[Floats], Bools],
+    route: Route,
+) -> Served:
+    """Return the trajectory with a stop straight above each user whom none of its stops serves as the ground is.
+
+    Parameters
+    ----------
+    trajectory
+        As it was planned in the plane.
+    users, channel
+        Whom it serves, and how.
+    altitudes_of
+        Takes places of stops, gives their altitudes above sea level.
+    terrain
+        The ground.
+    back_m
+        (B, 2) where the way back turns.
+    returns
+        Whether there is one.
+    closed
+        Takes places (K, 2), gives which of them no vehicle may be at.
+    route
+        The way between two places.
+
+    Raises
+    ------
+    InputError
+        Every user above whom no stop may be.
+    """
+    path, stop_at = list(trajectory.path_m), trajectory.stop_at.tolist()
+    back, own_stop, problems = list(back_m), [], []
+
+    def links_to(stops_m: Floats) -> Links:
+        return links_of(terrain, users.xy_m, stops_m, altitudes_of(stops_m), channel)
+
+    links = links_to(trajectory.stops_m)
+    assignment = assign_by(links, users, channel)
+    for user in range(len(users)):
+        if assignment.served[user]:
+            continue
+        place = users.xy_m[user]
+        row = _insertion(path, place, returns=returns)
+        ways = None if closed(place[None])[0] else _ways(path, row, place, route)
+        if ways is None:
+            why = _why(user, links, trajectory.assignment)
+            message = f"cannot be served: {why}, and no-fly zones leave no way to a stop straight above it"
+            problems.append(Problem(users.names[user], message, "no-sight"))
+            continue
+        to, on = ways
+        stop_row, added = row + 1 + len(to), len(to) + 1 + len(on)
+        path[row + 1 : row + 1] = [*to, place, *on]
+        number = sum(at <= row for at in stop_at)
+        stop_at = [*stop_at[:number], stop_row, *(at + added for at in stop_at[number:])]
+        if returns and stop_row == len(path) - 1:
+            back = route(place, np.zeros(2)) or []
+        own_stop.append(user)
+        links = links.with_stop(number, links_to(place[None]))
+        assignment = assign_by(links, users, channel)
+    if problems:
+        raise InputError(problems)
+    found = replace(
+        trajectory,
+        path_m=np.array(path),
+        stop_at=np.array(stop_at, dtype=np.int64),
+        assignment=assignment,
+        notes=(
+            *trajectory.notes,
+            *(_told(user, users, links, trajectory.assignment) for user in own_stop),
+        ),
+    )
+    return Served(found, links, np.array(back).reshape(-1, 2))
+
+
+def _told(user: int, users: Users, links: Links, planned: Assignment) -> Problem:
+    message = f"has a stop of its own, straight above it: {_why(user, links, planned)}"
+    return Problem(users.names[user], message, "terrain-stop", "warning")
+
+
+def _why(user: int, links: Links, planned: Assignment) -> str:
+    """Return why the stops of a plan in the plane do not serve a user."""
+    hiding = np.flatnonzero(links.hidden[user])
+    if len(hiding):
+        stops = f"stop{'s' if len(hiding) > 1 else ''} {', '.join(str(stop + 1) for stop in hiding[:5])}"
+        return f"the ground hides it from {stops}{' and more' if len(hiding) > 5 else ''}"
+    if planned.d2d[user]:
+        return "its mate, through which it was to be served, is not served from the air"
+    return "as high as it and the stops really are, none of them is near enough"
+
+
+def _insertion(path: list[Floats], place: Floats, *, returns: bool) -> int:
+    """Return the row of a path behind which a place costs the least detour."""
+    points = np.array(path)
+    ends = np.vstack([points[1:], np.zeros((1, 2))]) if returns else points[1:]
+    starts = points if returns else points[:-1]
+    detour = (
+        np.linalg.norm(starts - place, axis=1)
+        + np.linalg.norm(ends - place, axis=1)
+        - np.linalg.norm(ends - starts, axis=1)
+    )
+    if not returns:
+        detour = np.append(detour, np.linalg.norm(points[-1] - place))
+    return int(detour.argmin())
+
+
+def _ways(path: list[Floats], row: int, place: Floats, route: Route) -> tuple[list[Floats], list[Floats]] | None:
+    """Return where the ways to a new place and on from it turn; None where there is none."""
+    to = route(path[row], place)
+    on = route(place, path[row + 1]) if row + 1 < len(path) else []
+    return None if to is None or on is None else (to, on)
