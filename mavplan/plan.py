@@ -31,6 +31,7 @@ from mavplan.scenario.fence_checks import height_faults
 from mavplan.scenario.model import Floats, Scenario
 from mavplan.terrain.check import held_against_ground
 from mavplan.terrain.flight import fly_over
+from mavplan.terrain.service import Links
 
 HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
 
@@ -47,6 +48,8 @@ class Plan:
     forecast: Forecast
     joint_index: float | None
     """ρ_e against the SBW benchmark on the same users; None where it has no value."""
+    links: Links | None = None
+    """Who is heard from which stop over real ground; None where there is none."""
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
@@ -112,13 +115,18 @@ def make_plan(
         known under a leg.
     """
     vehicle, home = scenario.vehicle, scenario.home
+    if scenario.terrain is None and scenario.terrain_options.file is not None:
+        message = "was not read with the rest: plan from the scenario itself"
+        raise InputError([Problem("[terrain] file", message, "no-terrain")])
     rules = AUTOPILOTS[vehicle.autopilot]
     plane = LocalPlane(home.lat_deg, home.lon_deg)
     trajectory = plan_trajectory(scenario, progress)
     back_m: Floats | None = None
     if scenario.no_fly is not None:
         trajectory, back_m = _round_zones(trajectory, scenario, scenario.no_fly, plane)
-    over = None if scenario.terrain is None else fly_over(trajectory, scenario, scenario.terrain, back_m, plane)
+    over = None
+    if scenario.terrain is not None:
+        over = fly_over(trajectory, scenario, scenario.terrain, back_m, plane)
     if over is not None:
         bound = _of_path(trajectory.bound, over.trajectory.path_m, over.back_m)
         trajectory, back_m = replace(over.trajectory, bound=bound), over.back_m
@@ -144,7 +152,9 @@ def make_plan(
         built = held_against_ground(built, scenario, scenario.terrain, rules)
     expected = expected_flight(built.mission, scenario, rules)
     benchmark = sbw(scenario.users, planning_channel(scenario))
-    return Plan(scenario, rules, trajectory, holds, built, expected, joint_index(trajectory, benchmark))
+    index = joint_index(trajectory, benchmark)
+    links = None if over is None else over.links
+    return Plan(scenario, rules, trajectory, holds, built, expected, index, links)
 
 
 def _round_zones(

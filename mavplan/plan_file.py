@@ -10,11 +10,15 @@ import json
 import math
 from typing import Any
 
+import numpy as np
+
 from mavplan.bounds import Bound
 from mavplan.plan import Plan
 from mavplan.plan_forecast import forecast_object
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
-from mavplan.scenario.sections import FenceOptions, Wind
+from mavplan.scenario.sections import FenceOptions, TerrainOptions, Wind
+from mavplan.terrain.check import ground_under
+from mavplan.terrain.grid import Terrain
 
 VERSION = 1
 
@@ -91,6 +95,11 @@ def _users(plan: Plan) -> list[dict[str, Any]]:
     if in_flight_bit is not None:
         for user, bits in zip(found, in_flight_bit.tolist(), strict=True):
             user["in_flight_mbit"] = round(bits / 1e6, 6)
+    if plan.links is not None and plan.scenario.terrain is not None:
+        heights_m = plan.scenario.terrain.height_above_home_m(users.xy_m).tolist()
+        for user, height_m, hidden in zip(found, heights_m, plan.links.hidden, strict=True):
+            user["ground_rel_m"] = round(height_m, 3)
+            user["hidden_from"] = np.flatnonzero(hidden).tolist()
     return found
 
 
@@ -117,8 +126,17 @@ def document(plan: Plan) -> dict[str, Any]:
         ],
         "scenario": sections(plan.scenario),
         "scenario_sha256": fingerprint(plan.scenario),
+        **({} if plan.scenario.terrain is None else {"ground": _ground(plan, plan.scenario.terrain)}),
         **({} if certificate is None else {"certificate": certificate}),
     }
+
+
+def _ground(plan: Plan, terrain: Terrain) -> list[dict[str, Any]]:
+    """Return the ground under the way to each item, for pictures."""
+    return [
+        {"item": item, "ground_rel_m": [round(height_m, 1) for height_m in heights_m.tolist()]}
+        for item, heights_m in ground_under(plan.built.mission, terrain)
+    ]
 
 
 def dumps(plan: Plan) -> str:
@@ -142,6 +160,8 @@ def sections(scenario: Scenario) -> dict[str, dict[str, Any]]:
         named["fence_options"] = scenario.fence_options
     if scenario.fence is not None:
         named["fence"] = scenario.fence
+    if scenario.terrain_options != TerrainOptions():
+        named["terrain"] = scenario.terrain_options
     found = {name: dataclasses.asdict(section) for name, section in named.items()}
     if scenario.no_fly is not None:
         found["no_fly"] = dataclasses.asdict(scenario.no_fly)
@@ -153,6 +173,8 @@ def sections(scenario: Scenario) -> dict[str, dict[str, Any]]:
 def fingerprint(scenario: Scenario) -> str:
     """Return SHA-256 over every value that a plan depends on, the same however the files are laid out."""
     content = {**sections(scenario), "users": _user_values(scenario.users)}
+    if scenario.terrain is not None:
+        content["ground"] = hashlib.sha256(scenario.terrain.heights_m.tobytes()).hexdigest()
     return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=False).encode()).hexdigest()
 
 

@@ -29,12 +29,14 @@ from mavplan.scenario.sections import (
     PlannerOptions,
     Radio,
     Service,
+    TerrainOptions,
     Vehicle,
     Wind,
 )
 
 _CHECKED = ConfigDict(extra="ignore", strict=True, allow_inf_nan=False)
 _Seconds = Annotated[float, Field(ge=0, le=1e9)]
+_Height = Annotated[float, Field(ge=-10_000, le=10_000)]
 _Index = Annotated[int, Field(ge=0, le=1_000_000)]
 
 
@@ -44,7 +46,7 @@ class FileStop:
 
     lat_deg: LatDeg
     lon_deg: LonDeg
-    alt_rel_m: Annotated[float, Field(gt=0, le=10_000)]
+    alt_rel_m: Annotated[float, Field(ge=-10_000, le=20_000)]
     hold_s: _Seconds
 
 
@@ -60,6 +62,8 @@ class FileUser:
     via: Literal["air", "d2d"]
     mate: str | None
     in_flight_mbit: Annotated[float, Field(ge=0)] | None = None
+    ground_rel_m: _Height | None = None
+    hidden_from: list[_Index] = field(default_factory=list)
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
@@ -102,6 +106,7 @@ class FileScenario:
     fence: Fence | None = None
     no_fly: Fence | None = None
     rally: FileRally | None = None
+    terrain: TerrainOptions = field(default_factory=TerrainOptions)
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
@@ -110,6 +115,14 @@ class FileForecast:
 
     arrivals_s: list[_Seconds] = field(default_factory=list)
     items: list[dict[str, Any]] = field(default_factory=list)
+
+
+@checked_dataclass(frozen=True, config=_CHECKED)
+class FileGround:
+    """The ground under the way to an item, from its beginning to its end at even distances; metres above home."""
+
+    item: _Index
+    ground_rel_m: Annotated[list[_Height], Field(min_length=2, max_length=1000)]
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
@@ -138,6 +151,7 @@ class PlanFile:
     forecast: FileForecast = field(default_factory=FileForecast)
     bound: FileBound | None = None
     certificate: Any = None
+    ground: list[FileGround] = field(default_factory=list)
 
 
 _ADAPTER = TypeAdapter(PlanFile)
@@ -239,8 +253,20 @@ def _contradictions(file: PlanFile, label: str) -> Iterator[Problem]:
             report.error(f"{where}.via", 'found "d2d" for a user without a mate', "unmatched-pair")
         elif user.via == "d2d" and mate is not None and file.users[mate].via == "d2d":
             report.error(f"{where}.via", 'found "d2d" for both of a pair', "unmatched-pair")
+    _note_ground(file, label, report)
     for number, slot in enumerate(file.schedule):
         if slot.stop >= stops or slot.user not in index:
             message = f"user {shown(slot.user)} at stop {slot.stop} is not in the plan"
             report.error(f"{label}, schedule[{number}]", message, "out-of-range")
     yield from report.problems()
+
+
+def _note_ground(file: PlanFile, label: str, report: Report) -> None:
+    """Note where what is said of the ground does not fit to the users and stops."""
+    stops, over_ground = len(file.stops), file.users[0].ground_rel_m is not None
+    for number, user in enumerate(file.users):
+        where = f"{label}, users[{number}]"
+        if any(stop >= stops for stop in user.hidden_from):
+            report.error(f"{where}.hidden_from", f"there are {stops} stops", "out-of-range")
+        if (user.ground_rel_m is not None) != over_ground:
+            report.error(f"{where}.ground_rel_m", "is there for some users and not for others", "missing-key")

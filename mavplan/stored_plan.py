@@ -20,6 +20,7 @@ from mavplan.scenario.files import read_text
 from mavplan.scenario.model import UNPAIRED, Bools, Floats, Ints, Scenario, Users
 from mavplan.scenario.report import Report
 from mavplan.scenario.sections import Home
+from mavplan.terrain.grid import USER_M
 
 MAX_BYTES = 256 * 1024 * 1024
 """A plan larger than this is not read: a million users' is smaller."""
@@ -80,6 +81,12 @@ class StoredPlan:
         What no plan is below; None where the planner proves nothing.
     certificate
         Its proof as the file has it, unchecked (`mavplan.bounds.stored`); None where there is none.
+    user_rel_m
+        (N,) height above home of the ground on which each user stands; None where the plan is over a plane.
+    hidden
+        (N, M) whether the ground hides each user from each stop; None over a plane.
+    ground
+        The ground above home under the way to items, by their index, at even distances; empty over a plane.
     vehicle
         Which vehicle was last seen to hold it (`mavplan.formats.beside.remember_vehicle`); empty if none.
     """
@@ -101,6 +108,16 @@ class StoredPlan:
     bound: Bound | None = None
     certificate: Any = None
     vehicle: Mapping[str, Any] = field(default_factory=dict)
+    user_rel_m: Floats | None = None
+    hidden: Bools | None = None
+    ground: Mapping[int, Floats] = field(default_factory=dict)
+
+    @property
+    def listeners_m(self) -> Floats:
+        """(N, 2) the users' places, metres from home; over real ground (N, 3) with the heights of their radios."""
+        if self.user_rel_m is None:
+            return self.scenario.users.xy_m
+        return np.column_stack([self.scenario.users.xy_m, self.user_rel_m + USER_M])
 
     @property
     def hold_s(self) -> Floats:
@@ -151,6 +168,7 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         fence=sections.fence,
         no_fly=sections.no_fly,
         rally=tuple(sections.rally.points) if sections.rally else (),
+        terrain_options=sections.terrain,
     )
     index = {name: number for number, name in enumerate(users.names)}
     return StoredPlan(
@@ -180,7 +198,24 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         bound=None if file.bound is None else Bound(file.bound.objective, file.bound.plan, file.bound.bound),
         certificate=file.certificate,
         vehicle=vehicle,
+        user_rel_m=_heights(file),
+        hidden=_hidden(file),
+        ground={leg.item: np.array(leg.ground_rel_m, dtype=np.float64) for leg in file.ground},
     )
+
+
+def _heights(file: PlanFile) -> Floats | None:
+    heights = [user.ground_rel_m for user in file.users if user.ground_rel_m is not None]
+    return np.array(heights, dtype=np.float64) if heights else None
+
+
+def _hidden(file: PlanFile) -> Bools | None:
+    if _heights(file) is None:
+        return None
+    hidden = np.zeros((len(file.users), len(file.stops)), dtype=bool)
+    for n, user in enumerate(file.users):
+        hidden[n, user.hidden_from] = True
+    return hidden
 
 
 def _users(users: list[FileUser], home: Home) -> Users:

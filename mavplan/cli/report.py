@@ -54,7 +54,8 @@ def report_command(file: Path, output: Path | None, title: str | None, with_plan
         raise InputError([Problem(str(output), "a report is a page: its name ends in .html", "format")])
     mission = read_known_mission(mission_file)
     plan = read_plan(plan_path(mission_file))
-    found = _compared(plan) if with_planners else None
+    # Over real ground the others would have to be planned from the scenario, whose terrain is not in the plan.
+    found = _compared(plan) if with_planners and plan.scenario.terrain_options.file is None else None
     note("writing")
     content = report_content(mission, plan, title or mission_file.stem, found)
     write_outputs_of([(output, render(content, mission.warnings))])

@@ -322,7 +322,7 @@ def _walk(steps: Sequence[_Step], vehicle: Vehicle, home_xy: tuple[float, float]
                 part = vehicle.come_home(np.subtract(home_xy, at), height_m)
                 at, height_m = home_xy, 0.0
             case Command.NAV_LAND:
-                part, height_m = next(legs) + vehicle.land(height_m), 0.0
+                part, height_m = next(legs) + vehicle.land(height_m - step.height_m), step.height_m
             case Command.NAV_DELAY:
                 part = vehicle.hover(step.hold_s)
             case Command.DO_JUMP:

@@ -1,6 +1,6 @@
 """A flown track in metres, in short pieces: where the vehicle was at each moment, and which moments count. Pure."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,7 +67,13 @@ class Path:
         return span.length_s - float(np.diff(self.time_s[rows])[self.counts[pieces]].sum())
 
 
-def flown_path(track: Track, span: Span, plane: LocalPlane, altitude_m: float) -> Path:
+def flown_path(
+    track: Track,
+    span: Span,
+    plane: LocalPlane,
+    altitude_m: float,
+    planned_m: Callable[[Floats], Floats] | None = None,
+) -> Path:
     """Return the path of a flight.
 
     Parameters
@@ -79,7 +85,9 @@ def flown_path(track: Track, span: Span, plane: LocalPlane, altitude_m: float) -
     plane
         The plan's.
     altitude_m
-        Planned height of the stops above home.
+        Planned height of the stops above home, or with ``planned_m`` above the ground.
+    planned_m
+        Over real ground: takes places (K, 2), gives the planned height there above home.
     """
     xy_m = plane.to_xy_m(track.lat_deg, track.lon_deg)
     good = np.isfinite(xy_m).all(axis=1)
@@ -87,7 +95,8 @@ def flown_path(track: Track, span: Span, plane: LocalPlane, altitude_m: float) -
     time_s, xy_m, height_m = track.time_s[good], xy_m[good], track.alt_rel_m[good]
     lasted_s, length_m = np.diff(time_s), np.hypot(*np.diff(xy_m, axis=0).T)
     known = (lasted_s <= GAP_S) & (length_m <= MOST_SPEED_M_S * lasted_s)
-    high = height_m >= least_height_m(altitude_m)
+    least_m = least_height_m(altitude_m)
+    high = height_m >= (least_m if planned_m is None else planned_m(xy_m) - (altitude_m - least_m))
     path = Path(time_s, xy_m, height_m, known, known & high[:-1] & high[1:])
     return cut(path, _steps(path))
 

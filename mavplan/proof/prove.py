@@ -1,6 +1,6 @@
 """From a plan and a track to a `Proof`, in that order: the flight, its path, the holds, what was received. Pure."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,14 +35,22 @@ def prove(plan: StoredPlan, track: Track, in_flight: bool | None = None) -> Proo
     Raises
     ------
     InputError
-        The track holds no flight, or one that is not of this plan.
+        The track holds no flight, or one that is not of this plan; or what is received in flight is to count over
+        real ground.
     """
     scenario = plan.scenario
     in_flight = plan.in_flight if in_flight is None else in_flight
+    if in_flight and plan.user_rel_m is not None:
+        message = (
+            "was made over real ground, which may hide users in flight: only what is received at stops counts"
+        )
+        raise InputError([Problem(plan.label, message, "no-in-flight")])
     flight = find_flight(track)
     plane = LocalPlane(scenario.home.lat_deg, scenario.home.lon_deg)
     places_m = plane.to_xy_m([stop.lat_deg for stop in plan.stops], [stop.lon_deg for stop in plan.stops])
-    path = flown_path(track, flight.span, plane, scenario.vehicle.altitude_m)
+    path = flown_path(
+        track, flight.span, plane, scenario.vehicle.altitude_m, _planned_heights(plan, places_m)
+    )
     if len(path.time_s) < 2:
         message = "holds no two positions of the flight: nothing can be said about it"
         raise InputError([Problem(track.label, message, "no-positions"), *track.notes])
@@ -85,6 +93,17 @@ def prove(plan: StoredPlan, track: Track, in_flight: bool | None = None) -> Proo
         known=path.known[rows[:-1]],
         notes=(*track.notes, *_flight_notes(plan, flight), *_gaps(path, track.label), *odd),
     )
+
+
+def _planned_heights(plan: StoredPlan, places_m: Floats) -> Callable[[Floats], Floats] | None:
+    """Return the planned height of the stop that is nearest to each place; None over a plane."""
+    if plan.user_rel_m is None:
+        return None
+    from scipy.spatial import KDTree
+
+    nearest = KDTree(places_m)
+    height_m = np.array([stop.alt_rel_m for stop in plan.stops])
+    return lambda xy_m: height_m[np.asarray(nearest.query(xy_m)[1], dtype=np.int64)]
 
 
 def mission_words(plan: StoredPlan, track: Track, flight: Flight) -> list[ItemEvent]:
@@ -130,10 +149,13 @@ def _weights(time_s: Floats) -> Floats:
 
 
 def _received(plan: StoredPlan, path: Path, spans: Sequence[Span | None], channel: Channel) -> Received:
-    users_m = plan.scenario.users.xy_m
+    users_m = plan.listeners_m
     if plan.scenario.service.mode == "tdma":
         return received_by_turns(path, spans, plan.schedule, users_m, channel)
-    return received_by_broadcast(path, spans, users_m, channel)
+    received = received_by_broadcast(path, spans, users_m, channel)
+    if plan.hidden is None:
+        return received
+    return replace(received, hold_bit=np.where(plan.hidden.T, 0.0, received.hold_bit))
 
 
 def _relayed(
@@ -151,10 +173,11 @@ def _relayed(
     own_bit = users.demand_bit[mates]
     if plan.scenario.service.mode == "tdma":
         sent = relayed_by_turns(
-            path, spans, plan.schedule, users.xy_m, mates.tolist(), own_bit, rates, channel
+            path, spans, plan.schedule, plan.listeners_m, mates.tolist(), own_bit, rates, channel
         )
     else:
-        sent = relayed_by_broadcast(path, users.xy_m, mates.tolist(), own_bit, rates, channel)
+        seen = None if plan.hidden is None else ~plan.hidden.T[stop_of_piece(path, spans)]
+        sent = relayed_by_broadcast(path, plan.listeners_m, mates.tolist(), own_bit, rates, channel, seen)
     lacking = np.maximum(users.demand_bit[relayed] - air_bit[relayed], 0.0)
     d2d_bit[relayed] = np.minimum(sent, lacking)
     return d2d_bit

@@ -66,7 +66,9 @@ def shortfall_reasons(
 def _planned_bit(plan: StoredPlan, user: int, places_m: Floats, channel: Channel) -> Floats:
     """Return (M,) bits that a user receives at each stop if it is held as planned, at its place."""
     height_m = np.array([stop.alt_rel_m for stop in plan.stops])
-    rates = rates_bit_s(places_m, height_m, plan.scenario.users.xy_m[[user]], channel)[:, 0]
+    rates = rates_bit_s(places_m, height_m, plan.listeners_m[[user]], channel)[:, 0]
+    if plan.hidden is not None:
+        rates = np.where(plan.hidden[user], 0.0, rates)
     if plan.scenario.service.mode == "tdma":
         turns_s = np.zeros(len(places_m))
         for slot in plan.schedule:

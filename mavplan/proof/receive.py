@@ -44,14 +44,29 @@ class Received:
 
 
 def rates_bit_s(xy_m: Floats, height_m: Floats, users_m: Floats, channel: Channel) -> Floats:
-    """Return (S, N) bit/s of N users from S places of the vehicle."""
-    apart = xy_m[:, None, :] - users_m[None, :, :]
+    """Return (S, N) bit/s of N users from S places of the vehicle.
+
+    Parameters
+    ----------
+    xy_m, height_m
+        (S, 2) and (S,) metres east and north of home and above it.
+    users_m
+        (N, 2) users at the height of home, reached within R over the ground; or (N, 3) with their own heights, reached
+        as far in space as the threshold is met.
+    channel
+        As it is.
+    """
+    apart = xy_m[:, None, :] - users_m[None, :, :2]
     ground_m2 = np.einsum("snk,snk->sn", apart, apart)
-    slant_m2 = ground_m2 + (height_m**2)[:, None]
     most_m = highest_altitude_m(channel.radio) + REACH_TOLERANCE_M
-    heard = np.flatnonzero(
-        (ground_m2 <= (channel.radius_m + REACH_TOLERANCE_M) ** 2) & (slant_m2 <= most_m**2)
-    )
+    if users_m.shape[1] == 3:
+        slant_m2 = ground_m2 + (height_m[:, None] - users_m[None, :, 2]) ** 2
+        heard = np.flatnonzero(slant_m2 <= most_m**2)
+    else:
+        slant_m2 = ground_m2 + (height_m**2)[:, None]
+        heard = np.flatnonzero(
+            (ground_m2 <= (channel.radius_m + REACH_TOLERANCE_M) ** 2) & (slant_m2 <= most_m**2)
+        )
     rates = np.zeros(slant_m2.size)
     squared = np.maximum(slant_m2.ravel()[heard], NEAREST_M**2)
     rates[heard] = channel.radio.bandwidth_hz * spectral_rate(
@@ -72,7 +87,7 @@ def received_by_broadcast(
     holds
         The M holds, None where there was none.
     users_m
-        (N, 2) metres.
+        (N, 2) or (N, 3), as for `rates_bit_s`.
     channel
         As it is, without anything kept for drift.
     """

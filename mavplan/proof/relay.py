@@ -11,6 +11,7 @@ from mavplan.hover import Slot
 from mavplan.proof.path import Path
 from mavplan.proof.receive import CHUNK, counted_s, rates_bit_s, turn_bits, turn_of
 from mavplan.radio import Channel
+from mavplan.scenario.model import Bools
 from mavplan.track.model import Floats, Span
 
 
@@ -54,6 +55,7 @@ def relayed_by_broadcast(
     own_bit: Floats,
     rates: Floats,
     channel: Channel,
+    seen: Bools | None = None,
 ) -> Floats:
     """Return (K,) bits that each of K mates has sent on when the flight is over.
 
@@ -62,13 +64,15 @@ def relayed_by_broadcast(
     path
         The flight.
     users_m
-        (N, 2) metres.
+        (N, 2) or (N, 3), as for `mavplan.proof.receive.rates_bit_s`.
     mates
         K indices of users.
     own_bit, rates
         (K,) their own demands, and bit/s of their links.
     channel
         As it is.
+    seen
+        (S − 1, N) whether the ground leaves sight of each user along each piece; None: of all.
     """
     sent = np.zeros(len(mates))
     share_s = counted_s(path)
@@ -81,6 +85,8 @@ def relayed_by_broadcast(
             rows = slice(row, min(row + step, len(share_s)) + 1)
             heard = rates_bit_s(path.xy_m[rows], path.height_m[rows], users_m[some], channel)
             pieces = share_s[rows.start : rows.stop - 1, None] * (heard[:-1] + heard[1:]) / 2
+            if seen is not None:
+                pieces = np.where(seen[rows.start : rows.stop - 1, some], pieces, 0.0)
             cumulative[rows.start + 1 : rows.stop] = cumulative[rows.start] + np.cumsum(pieces, axis=0)
         for column in range(len(some)):
             number = first + column

@@ -15,6 +15,7 @@ from mavplan.mission.forecast import Forecast
 from mavplan.mission.geofence import FenceCircle
 from mavplan.mission.model import Command, Mission
 from mavplan.mission.sendable import command_name
+from mavplan.proof.receive import rates_bit_s
 from mavplan.radio import Channel, planning_channel
 from mavplan.scenario.model import UNPAIRED, Floats
 
@@ -102,7 +103,10 @@ class CompareRow:
 
 @dataclass(frozen=True, slots=True)
 class ReportContent:
-    """All of a report: seconds from the start of the mission, metres from home; ``back_m`` is the return."""
+    """All of a report: seconds from the start of the mission, metres from home; ``back_m`` is the return.
+
+    ``ground`` is the ground below the flight, above home, over time as ``profile`` is; empty where it is not known.
+    """
 
     title: str
     planner: str
@@ -119,6 +123,7 @@ class ReportContent:
     items: tuple[ItemRow, ...]
     areas: tuple[Area, ...]
     profile: tuple[tuple[float, float], ...]
+    ground: tuple[tuple[float, float], ...]
     flight_s: float
     hover_s: float
     mission_s: float
@@ -174,6 +179,7 @@ def report_content(
         items=tuple(_items(mission, plan, expected, int(rules.home_on_wire))),
         areas=tuple(_areas(mission, plane)),
         profile=tuple(_profile(mission, expected)),
+        ground=tuple(_ground(plan, expected)),
         flight_s=expected.flight_s,
         hover_s=expected.hover_s,
         mission_s=expected.mission_s,
@@ -217,7 +223,11 @@ def _stops(plan: "StoredPlan", stops_m: Floats, expected: Forecast, home_items: 
 
 def _users(plan: "StoredPlan", stops_m: Floats, channel: Channel) -> Iterator[UserRow]:
     users, bandwidth_hz = plan.scenario.users, plan.scenario.radio.bandwidth_hz
-    rates = broadcast_rates(users, stops_m, channel)
+    if plan.hidden is None:
+        rates = broadcast_rates(users, stops_m, channel)
+    else:
+        heights_m = np.array([stop.alt_rel_m for stop in plan.stops])
+        rates = np.where(plan.hidden, 0.0, rates_bit_s(stops_m, heights_m, plan.listeners_m, channel).T)
     if plan.schedule:
         seconds = np.zeros_like(rates)
         for slot in plan.schedule:
@@ -296,12 +306,30 @@ def _profile(mission: Mission, expected: Forecast) -> Iterator[tuple[float, floa
         to_m = item.alt_m if item.has_position else height_m
         if item.command in {Command.NAV_RETURN_TO_LAUNCH, Command.NAV_LAND}:
             yield begin_s + phases.total - phases.descent, height_m
-            to_m = 0.0
+            to_m = item.alt_m if item.has_position else 0.0
         elif to_m != height_m:
             yield begin_s, height_m
+            if phases.hover > 0:
+                yield found.done_s - phases.hover, to_m
         height_m = to_m
         if phases.total > 0:
             yield found.done_s, height_m
+
+
+def _ground(plan: "StoredPlan", expected: Forecast) -> Iterator[tuple[float, float]]:
+    """Yield time and height above home of the ground below the vehicle, taken to fly each leg evenly."""
+    below_m = 0.0
+    if plan.ground:
+        yield 0.0, below_m
+    for found in expected.items if plan.ground else ():
+        heights_m = plan.ground.get(found.item)
+        if heights_m is not None:
+            begin_s, until_s = found.done_s - found.seconds.total, found.done_s - found.seconds.hover
+            yield from zip(
+                np.linspace(begin_s, until_s, len(heights_m)).tolist(), heights_m.tolist(), strict=True
+            )
+            below_m = float(heights_m[-1])
+        yield found.done_s, below_m
 
 
 def _compared(comparison: "Comparison", planner: str) -> Iterator[CompareRow]:

@@ -1,5 +1,6 @@
 """The page itself: `ReportContent` into one HTML text with its style, its script and its drawings inside."""
 
+import math
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
@@ -9,7 +10,7 @@ import numpy as np
 
 from mavplan import __version__
 from mavplan.errors import Problem
-from mavplan.report.axes import clock_step_s, marks
+from mavplan.report.axes import clock_step_s, marks, round_step
 from mavplan.report.content import ReportContent
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ def render(content: ReportContent, warnings: Sequence[Problem] = ()) -> str:
         warnings=warnings,
         view=_view(content),
         time_marks=marks(content.mission_s, 12, clock_step_s),
-        height_marks=marks(max(height for _, height in content.profile), 4),
+        height_marks=_height_marks(content),
+        low=min(0.0, *(height for _, height in (*content.profile, *content.ground))),
         version=__version__,
     )
 
@@ -75,6 +77,16 @@ def figure(value: float | None, digits: int = 0) -> str:
 def cells(value: float) -> str:
     """Return a coordinate of a drawing, centimetres kept."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
+
+
+def _height_marks(content: ReportContent) -> list[float]:
+    """Return the marks of heights above home, also below it where the flight or the ground is."""
+    heights = [height for _, height in (*content.profile, *content.ground)]
+    low, high = min(0.0, *heights), max(heights)
+    if low >= 0:
+        return marks(high, 4)
+    step = round_step(high - low, 5)
+    return [step * number for number in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
 
 def _view(content: ReportContent) -> dict[str, Any]:

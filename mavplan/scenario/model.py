@@ -64,8 +64,8 @@ class Scenario:
     """Everything that is known before planning, in SI units and local metres.
 
     ``fence``, ``no_fly`` and ``rally`` stay in degrees, as they go into the mission: ``fence`` is what a mission is
-    held to, ``no_fly`` what it is planned round. Without ``terrain`` the ground is flat. ``warnings`` holds what was noticed while reading: a pair beyond the
-    D2D range, keys not used.
+    held to, ``no_fly`` what it is planned round. Without ``terrain`` the ground is flat. ``warnings`` holds what was
+    noticed while reading: a pair beyond the D2D range, keys not used.
     """
 
     home: Home

@@ -18,6 +18,7 @@ MAX_HOME_OFF_M = 10.0
 MARGIN_M = 500.0
 """Of ground that is read beyond what is reached from the users."""
 
+
 def check_terrain(
     options: TerrainOptions, vehicle: Vehicle, service: Service, label: str, report: Report
 ) -> None:

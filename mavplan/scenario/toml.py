@@ -116,7 +116,7 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
         check_heights(things.rally, sections.fence, sections.vehicle, label, report)
     if sections.home is not None and things.sound and sections.sound("fence"):
         check_fence_places(things, sections.fence, sections.home, label, report)
-    if "terrain" in data and sections.sound("terrain", "vehicle", "service"):
+    if data.get("terrain") and sections.sound("terrain", "vehicle", "service"):
         check_terrain(sections.terrain, sections.vehicle, sections.service, label, report)
     if users is not None and sections.home is not None:
         reach = (

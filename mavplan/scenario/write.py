@@ -36,6 +36,8 @@ def scenario_toml(scenario: Scenario, users_file: str, remark: str) -> str:
         "fence": scenario.fence_options,
         "planner": scenario.planner,
     }
+    if scenario.terrain_options.file is not None:
+        given["terrain"] = scenario.terrain_options
     lines = [*(f"# {line}".rstrip() for line in remark.splitlines()), "", f"users = {_value(users_file)}"]
     for name in (name for name in SECTIONS if name in given):
         lines += ["", f"[{name}]"]
@@ -84,6 +86,8 @@ def _value(value: Any) -> str:
     match value:
         case bool():
             return "true" if value else "false"
+        case list():
+            return f"[{', '.join(_value(part) for part in value)}]"
         case str():
             # A JSON string is a TOML string, but for the one control character that JSON leaves alone.
             return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -11,7 +11,7 @@ import numpy as np
 from mavplan.terrain.grid import Floats, Ground, Terrain
 
 OVER_M = 2.0
-"""A bend stands so much higher than it must: autopilots cut a corner by up to that, and one bend does for many cells."""
+"""A bend stands so much higher than it must: autopilots cut a corner by up to that, and fewer bends do."""
 
 TOUCHING_M = 1e-6
 """So little is arithmetic."""

@@ -23,6 +23,9 @@ ROUNDING_M = 0.05
 FAILSAFE_M = 10.0
 """Nearer to the ground than this a straight return is as good as into it: terrain data are no better."""
 
+DRAWN_FROM_M, DRAWN_PARTS = 1.0, 60
+"""Of a leg at least so long the ground is drawn, in at most so many parts."""
+
 PX4_RETURN_M = 60.0
 """RTL_RETURN_ALT; near home PX4 returns lower (RTL_CONE_ANG)."""
 
@@ -73,7 +76,9 @@ def _fence_faults(built: BuiltMission, limit_m: float | None) -> Iterator[Proble
     for index, item in enumerate(built.mission.items):
         if limit_m is not None and item.alt_m > limit_m:
             name = built.stop_names.get(index, f"item {index + 1} ({command_name(item.command)})")
-            message = f"is flown {item.alt_m:,.1f} m above home; [fence] max_alt_rel_m = {limit_m:g} is the limit"
+            message = (
+                f"is flown {item.alt_m:,.1f} m above home; [fence] max_alt_rel_m = {limit_m:g} is the limit"
+            )
             yield Problem(name, message, "fence-height")
 
 
@@ -90,6 +95,24 @@ def legs_over(mission: Mission, terrain: Terrain, names: Mapping[int, str]) -> l
         ground = terrain.under(ends[0], ends[1])
         found.append(OverLeg(leg, ground, home_m + start.alt_rel_m, home_m + end.alt_rel_m))
     return found
+
+
+def ground_under(mission: Mission, terrain: Terrain) -> Iterator[tuple[int, Floats]]:
+    """Yield an item's index and the ground above home under the way to it, at even distances, highest of their part."""
+    plane = LocalPlane(mission.home.lat_e7 / 1e7, mission.home.lon_e7 / 1e7)
+    home_m = float(terrain.height_m(np.zeros((1, 2)))[0])
+    at_m = np.zeros(2)
+    for index, item in enumerate(mission.items):
+        if not item.has_position:
+            continue
+        place_m: Floats = plane.to_xy_m(item.lat_deg, item.lon_deg)[0]
+        if np.linalg.norm(place_m - at_m) > DRAWN_FROM_M:
+            ground = terrain.under(at_m, place_m)
+            parts = min(len(ground.at) // 2, DRAWN_PARTS)
+            highest = np.interp(np.linspace(0, 1, parts + 1), ground.at[::2], ground.top_m[::2])
+            np.maximum.at(highest, np.rint(ground.at[::2] * parts).astype(np.int64), ground.top_m[::2])
+            yield index, highest - home_m
+        at_m = place_m
 
 
 def clearance_faults(legs: list[OverLeg], clearance_m: float) -> Iterator[Problem]:
@@ -116,7 +139,9 @@ def height_warnings(built: BuiltMission, legs: list[OverLeg], rules: AutopilotRu
         yield Problem(named(low), f"below home, at a negative altitude{words}", "below-home", "warning")
 
 
-def straight_return_warnings(built: BuiltMission, terrain: Terrain, rules: AutopilotRules) -> Iterator[Problem]:
+def straight_return_warnings(
+    built: BuiltMission, terrain: Terrain, rules: AutopilotRules
+) -> Iterator[Problem]:
     """Yield a warning that names the stops from which a failsafe's return would come too near to the ground."""
     mission = built.mission
     return_m = max(LAWS[rules.name].return_height_m, PX4_RETURN_M if rules.name == "px4" else 0.0)

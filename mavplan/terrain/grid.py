@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+USER_M = 1.5
+"""A user's radio is held so high above the ground."""
+
 MOST_SAMPLES = 1_000_000
 """A leg over more cells than this is no leg of a multirotor."""
 
@@ -56,6 +59,10 @@ class Terrain:
         """Return (N,) metres above sea level of (N, 2) places; NaN where the file has none."""
         return self._at_cells(self.cells_of(np.asarray(places_m, dtype=np.float64).reshape(-1, 2)))
 
+    def height_above_home_m(self, places_m: Floats) -> Floats:
+        """Return (N,) metres of ground above that at home."""
+        return self.height_m(places_m) - self.height_m(np.zeros((1, 2)))
+
     def under(self, start_m: Floats, end_m: Floats) -> Ground:
         """Return the ground under a leg between two places (2,).
 
@@ -75,7 +82,7 @@ class Terrain:
         Parameters
         ----------
         eye_m, at_m
-            (K, 2) places, no more than some kilometres apart: the line between them is taken as straight over the cells.
+            (K, 2) places, no more than some kilometres apart: the line between is taken as straight over the cells.
         eye_alt_m, alt_m
             (K,) metres above sea level.
 
@@ -98,7 +105,8 @@ class Terrain:
         along = np.column_stack([np.interp(at, even, cells[:, axis]) for axis in (0, 1)])
         ends_m, middles_m = self._at_cells(along), self._at_cells((along[:-1] + along[1:]) / 2)
         return Ground(
-            _between(at, (at[:-1] + at[1:]) / 2), _between(ends_m, 2 * middles_m - (ends_m[:-1] + ends_m[1:]) / 2)
+            _between(at, (at[:-1] + at[1:]) / 2),
+            _between(ends_m, 2 * middles_m - (ends_m[:-1] + ends_m[1:]) / 2),
         )
 
     def _at_cells(self, cells: Floats) -> Floats:

@@ -41,7 +41,7 @@ _ENVIRONMENT = {
 }
 
 
-class _Refused(Exception):
+class _UnusableError(Exception):
     """A file that cannot be used, with the sentence and the code for the reader."""
 
     def __init__(self, message: str, code: str) -> None:
@@ -154,7 +154,7 @@ def _mosaic(
                         columns, rows = _size(cells, box_m)
                         heights = np.full((rows, columns), np.nan, dtype=np.float32)
                     _fill(heights, cells, source, base, tile)
-            except _Refused as refused:
+            except _UnusableError as refused:
                 report.error(str(path), refused.message, refused.code)
                 return None
             except (rasterio.errors.RasterioError, OSError, ValueError) as error:
@@ -191,13 +191,15 @@ def _tile(path: Path, datum: str | None) -> _Tile:
     elif path.suffix.lower() == ".hgt":
         driver = "SRTMHGT"
         if not _HGT_NAME.match(path.name):
-            raise _Refused(
+            raise _UnusableError(
                 "says in its name which square it is, as N46E007.hgt; nothing else in it does", "hgt-name"
             )
         if path.stat().st_size not in (2 * 1201**2, 2 * 3601**2):
-            raise _Refused("has neither 1201² nor 3601² heights of two bytes: it is cut off, or no SRTM", "hgt-size")
+            raise _UnusableError(
+                "has neither 1201² nor 3601² heights of two bytes: it is cut off, or no SRTM", "hgt-size"
+            )
     else:
-        raise _Refused("is neither GeoTIFF nor an SRTM .hgt; terrain is read from these", "file-type")
+        raise _UnusableError("is neither GeoTIFF nor an SRTM .hgt; terrain is read from these", "file-type")
     source = rasterio.open(path.resolve(), driver=driver)
     try:
         _check_layout(source)
@@ -212,17 +214,17 @@ def _tile(path: Path, datum: str | None) -> _Tile:
 
 def _check_layout(source: Any) -> None:
     if source.count != 1:
-        raise _Refused(f"has {source.count} bands; a terrain has one, its height", "bands")
+        raise _UnusableError(f"has {source.count} bands; a terrain has one, its height", "bands")
     if np.dtype(source.dtypes[0]).kind not in "iuf":
-        raise _Refused(f"holds {source.dtypes[0]}, which is no height", "cell-type")
+        raise _UnusableError(f"holds {source.dtypes[0]}, which is no height", "cell-type")
     unit = (source.units[0] or "m").lower()
     if unit not in ("m", "metre", "meter", "metres", "meters"):
-        raise _Refused(f"has its heights in {shown(unit)}; convert them to metres", "unit")
+        raise _UnusableError(f"has its heights in {shown(unit)}; convert them to metres", "unit")
     if source.crs is None or source.transform.is_degenerate:
-        raise _Refused("does not say where on Earth it lies: it has no coordinate system", "no-crs")
+        raise _UnusableError("does not say where on Earth it lies: it has no coordinate system", "no-crs")
     rows, columns = source.block_shapes[0]
     if rows * columns > MOST_BLOCK_CELLS:
-        raise _Refused(
+        raise _UnusableError(
             f"is packed in blocks of {figure(rows * columns)} cells, at most {figure(MOST_BLOCK_CELLS)} are "
             "unpacked: convert it with gdal_translate -co TILED=YES",
             "too-large",
@@ -237,33 +239,39 @@ def _horizontal_and_datum(source: Any) -> tuple[Any, str | None]:
     try:
         crs = CRS.from_wkt(source.crs.to_wkt())
     except CRSError:
-        raise _Refused("has a coordinate system that is not understood", "crs") from None
+        raise _UnusableError("has a coordinate system that is not understood", "crs") from None
     vertical = next((part for part in crs.sub_crs_list if part.is_vertical), None)
     flat = crs.sub_crs_list[0] if crs.sub_crs_list else crs
     if vertical is None and len(flat.axis_info) > 2:
-        raise _Refused(f"is in {flat.name}, in three dimensions: {_NOT_ELLIPSOID}", "ellipsoid-heights")
+        raise _UnusableError(f"is in {flat.name}, in three dimensions: {_NOT_ELLIPSOID}", "ellipsoid-heights")
     if not (flat.is_geographic or flat.is_projected):
-        raise _Refused(f"is in {flat.name}, from which there is no way to latitude and longitude", "crs")
+        raise _UnusableError(
+            f"is in {flat.name}, from which there is no way to latitude and longitude", "crs"
+        )
     if vertical is None:
         return flat, None
     if _ELLIPSOID.search(vertical.name):
-        raise _Refused(f"has its heights above {vertical.name}: {_NOT_ELLIPSOID}", "ellipsoid-heights")
+        raise _UnusableError(f"has its heights above {vertical.name}: {_NOT_ELLIPSOID}", "ellipsoid-heights")
     if any(abs(axis.unit_conversion_factor - 1.0) > 1e-9 for axis in vertical.axis_info):
-        raise _Refused(f"has its heights in {vertical.axis_info[0].unit_name}; convert them to metres", "unit")
+        raise _UnusableError(
+            f"has its heights in {vertical.axis_info[0].unit_name}; convert them to metres", "unit"
+        )
     return flat, str(vertical.name)
 
 
 def _datum(own: str | None, said: str | None) -> str:
     """Return what the heights are above, by the file, by the scenario where the file does not say."""
     if own is None and said is None:
-        raise _Refused(
+        raise _UnusableError(
             'does not say what its heights are above; where you know, say so in [terrain], as datum = "EGM2008"',
             "no-datum",
         )
     if own is None:
         return str(said).strip()
     if said is not None and _plain(said) not in _plain(own):
-        raise _Refused(f"has its heights above {own}, and [terrain] datum says {shown(said)}", "other-datum")
+        raise _UnusableError(
+            f"has its heights above {own}, and [terrain] datum says {shown(said)}", "other-datum"
+        )
     return own
 
 
@@ -280,13 +288,13 @@ def _window(tile: _Tile, plane: LocalPlane, box_m: tuple[float, float, float, fl
         to_raster = Transformer.from_crs(4326, tile.crs, always_xy=True, allow_ballpark=False)
     except ProjError:
         name = tile.crs.name
-        raise _Refused(
+        raise _UnusableError(
             f"is in {name}, to which no way from WGS84 is known that is good to metres", "crs"
         ) from None
     whole = _Cells(plane, to_raster, ~tile.source.transform, 0, 0)
     column, row = whole(_corners(box_m)).T
     if not (np.isfinite(column).all() and np.isfinite(row).all()):
-        raise _Refused("does not reach to where home and the users are", "not-covered")
+        raise _UnusableError("does not reach to where home and the users are", "not-covered")
     return _Cells(
         plane, to_raster, whole.inverse, int(np.floor(column.min())) - 1, int(np.floor(row.min())) - 1
     )
@@ -303,7 +311,7 @@ def _size(cells: _Cells, box_m: tuple[float, float, float, float]) -> tuple[int,
     column, row = cells(_corners(box_m)).T
     columns, rows = int(np.ceil(column.max())) + 2, int(np.ceil(row.max())) + 2
     if columns * rows > MOST_CELLS:
-        raise _Refused(
+        raise _UnusableError(
             f"has {figure(columns * rows)} cells round home and the users, at most {figure(MOST_CELLS)} are read: "
             "take a coarser one",
             "too-large",
@@ -316,7 +324,9 @@ def _fill(heights: NDArray[np.float32], cells: _Cells, source: Any, base: _Tile,
     from rasterio.windows import Window
 
     if tile.crs != base.crs or tile.datum != base.datum:
-        raise _Refused("has another coordinate system or datum than the first file: take tiles of one set", "tiles")
+        raise _UnusableError(
+            "has another coordinate system or datum than the first file: take tiles of one set", "tiles"
+        )
     ours, theirs = cells.inverse, source.transform
     corner = _at(ours, theirs.c, theirs.f)
     far = _at(ours, *_at(theirs, source.width, source.height))
@@ -325,10 +335,12 @@ def _fill(heights: NDArray[np.float32], cells: _Cells, source: Any, base: _Tile,
     off = [float(part) - whole for part, whole in zip(corner, offset, strict=True)]
     off += [size[0] - source.width, size[1] - source.height]
     if max(map(abs, off)) > ALIGNED:
-        raise _Refused("does not stand on the grid of the first file: merge the tiles into one file", "tiles")
+        raise _UnusableError(
+            "does not stand on the grid of the first file: merge the tiles into one file", "tiles"
+        )
     first = np.array(offset) - (cells.first_column, cells.first_row)
     begin = np.maximum(first, 0)
-    end = np.minimum(first + (source.width, source.height), heights.shape[::-1])
+    end = np.minimum(np.add(first, source.shape[::-1]), heights.shape[::-1])
     if (end <= begin).any():
         return
     window = Window(*(begin - first).tolist(), *(end - begin).tolist())

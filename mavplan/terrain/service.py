@@ -13,10 +13,7 @@ from mavplan.errors import InputError, Problem
 from mavplan.planners.trajectory import NO_STOP, Assignment, Trajectory, mate_covered
 from mavplan.radio import REACH_TOLERANCE_M, Channel, highest_altitude_m, spectral_rate
 from mavplan.scenario.model import Bools, Floats, Users
-from mavplan.terrain.grid import Terrain
-
-USER_M = 1.5
-"""A user's radio is held so high above the ground."""
+from mavplan.terrain.grid import USER_M, Terrain
 
 Route = Callable[[Floats, Floats], "list[Floats] | None"]
 """From one place to another: where the way turns; None where there is none."""
@@ -45,7 +42,9 @@ class Links:
         )
 
 
-def links_of(terrain: Terrain, users_m: Floats, stops_m: Floats, stop_alt_m: Floats, channel: Channel) -> Links:
+def links_of(
+    terrain: Terrain, users_m: Floats, stops_m: Floats, stop_alt_m: Floats, channel: Channel
+) -> Links:
     """Return who is heard from which stop.
 
     Parameters
@@ -75,7 +74,11 @@ def assign_by(links: Links, users: Users, channel: Channel) -> Assignment:
     """Serve each user from the stop that gives it most, else through a mate that is so served; ties go to the first."""
     rate = links.rates_bit_s_hz.max(axis=1, initial=0.0)
     reached = rate > 0
-    best = links.rates_bit_s_hz.argmax(axis=1) if links.rates_bit_s_hz.shape[1] else np.zeros(len(users), np.int64)
+    best = (
+        links.rates_bit_s_hz.argmax(axis=1)
+        if links.rates_bit_s_hz.shape[1]
+        else np.zeros(len(users), np.int64)
+    )
     stop = np.where(reached, best, NO_STOP)
     d2d = ~reached & mate_covered(users, reached)
     mates = users.mate[d2d]
@@ -207,7 +210,9 @@ def _insertion(path: list[Floats], place: Floats, *, returns: bool) -> int:
     return int(detour.argmin())
 
 
-def _ways(path: list[Floats], row: int, place: Floats, route: Route) -> tuple[list[Floats], list[Floats]] | None:
+def _ways(
+    path: list[Floats], row: int, place: Floats, route: Route
+) -> tuple[list[Floats], list[Floats]] | None:
     """Return where the ways to a new place and on from it turn; None where there is none."""
     to = route(path[row], place)
     on = route(place, path[row + 1]) if row + 1 < len(path) else []

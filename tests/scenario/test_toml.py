@@ -191,13 +191,12 @@ def test_the_users_file_must_be_named_and_there(desk, line, words):
     assert words in desk.only_problem(None, f"{line}\n{HOME}".encode())[1]
 
 
-def test_what_is_set_aside_for_later_is_a_warning_each_time(desk):
-    """Whoever gives terrain must not believe that it is planned for."""
-    scenario = desk.load(toml="[terrain]\n")
-    assert [problem.where.rpartition(", ")[2] for problem in scenario.warnings] == [
-        "[terrain]",
-    ]
-    assert all(problem.severity == "warning" for problem in scenario.warnings)
+def test_a_terrain_without_a_file_is_an_error_and_an_empty_table_none(desk):
+    """Whoever gives a clearance must not believe that it is kept."""
+    assert desk.load(toml="[terrain]\n").terrain is None
+    code, text = desk.only_problem(OK, "[terrain]\nclearance_m = 40.0\n")
+    assert code == "missing-key"
+    assert "[terrain] file: is missing; name the terrain" in text
 
 
 def test_a_battery_needs_a_mass_and_a_mass_no_battery(desk):

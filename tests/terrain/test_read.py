@@ -27,7 +27,9 @@ def hills(lat_deg, lon_deg):
     return 800 + 150 * np.sin(np.asarray(lon_deg) * 700) * np.cos(np.asarray(lat_deg) * 900)
 
 
-def write_tiff(path, *, crs="EPSG:4326+5773", lat=LAT, lon=LON, half=0.05, step=1 / 3600, heights=None, **profile):
+def write_tiff(
+    path, *, crs="EPSG:4326+5773", lat=LAT, lon=LON, half=0.05, step=1 / 3600, heights=None, **profile
+):
     """A GeoTIFF round a place with the heights of `hills`, or those given."""
     size = round(2 * half / step)
     columns, rows = np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5)
@@ -58,7 +60,9 @@ def write_tiff(path, *, crs="EPSG:4326+5773", lat=LAT, lon=LON, half=0.05, step=
 def read(tmp_path, *names, datum=None, box_m=BOX_M):
     report = Report()
     file = names[0] if len(names) == 1 else list(names)
-    terrain = read_terrain(TerrainOptions(file=file, datum=datum), tmp_path, PLANE, box_m, "[terrain]", report)
+    terrain = read_terrain(
+        TerrainOptions(file=file, datum=datum), tmp_path, PLANE, box_m, "[terrain]", report
+    )
     return terrain, report.problems()
 
 
@@ -168,7 +172,14 @@ def test_cells_without_a_height_are_not_known(tmp_path):
 
 @pytest.mark.parametrize(
     "name",
-    ["/vsicurl/http://a.b/c.tif", "https://a.b/c.tif", "s3://a/b.tif", "/vsizip/a.zip/b.tif", "zip://a.zip!b.tif", ""],
+    [
+        "/vsicurl/http://a.b/c.tif",
+        "https://a.b/c.tif",
+        "s3://a/b.tif",
+        "/vsizip/a.zip/b.tif",
+        "zip://a.zip!b.tif",
+        "",
+    ],
 )
 def test_nothing_is_fetched(tmp_path, name):
     assert refused(tmp_path, name).code == "not-a-file"
