@@ -46,8 +46,7 @@ INTERRUPTED = 130
     "--max-home-height",
     "max_home_height_m",
     type=click.FloatRange(min=0),
-    default=30.0,
-    show_default=True,
+    show_default="30; 10 for a plan over terrain",
     metavar="M",
     help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
 )
@@ -88,7 +87,7 @@ def fly_command(
     watch: bool,
     yes: int,
     max_home_distance_m: float,
-    max_home_height_m: float,
+    max_home_height_m: float | None,
     min_battery_percent: float,
     arm_s: float,
     record_file: Path | None,
@@ -110,7 +109,7 @@ def fly_command(
     from mavplan.cli.fly_console import FlyConsole
     from mavplan.cli.fly_setup import Setup, make_session, open_recording, read_flight
     from mavplan.flight.run import fly
-    from mavplan.formats.beside import remember_vehicle
+    from mavplan.formats.beside import home_height_limit_m, remember_vehicle
     from mavplan.link.endpoint import parse_endpoint
 
     endpoint = parse_endpoint(conn)
@@ -128,7 +127,7 @@ def fly_command(
         timeout_s=timeout_s,
         arm_s=arm_s,
         max_home_distance_m=max_home_distance_m,
-        max_home_height_m=max_home_height_m,
+        max_home_height_m=home_height_limit_m(file, max_home_height_m),
         min_battery_percent=min_battery_percent,
     )
     console = FlyConsole(yes)

@@ -61,9 +61,10 @@ def totals(plan: Plan) -> list[str]:
     clusters = f", {counted(trajectory.clusters, 'cluster')}" if trajectory.clusters else ""
     index = "" if plan.joint_index is None else f", index ρe {plan.joint_index:.2f} (benchmark SBW = 1)"
     served = f"{counted(count, 'user')} served by {counted(len(trajectory.stop_at), 'stop')}{clusters}"
+    ground = "home" if plan.scenario.terrain is None else "the ground"
     lines = [
         f"{served}: {count - relayed} from the air, {relayed} by D2D; "
-        f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above home"
+        f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above {ground}"
         f"{_kept(plan.scenario)}",
         f"path {trajectory.length_m:,.0f} m{_proved_length(trajectory.bound)}, "
         f"sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",

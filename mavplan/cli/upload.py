@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     "--max-home-height",
     "max_home_height_m",
     type=click.FloatRange(min=0),
-    default=30.0,
-    show_default=True,
+    show_default="30; 10 for a plan over terrain",
     metavar="M",
     help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
 )
@@ -51,7 +50,7 @@ def upload_command(
     autopilot: str | None,
     allow_armed: bool,
     max_home_distance_m: float,
-    max_home_height_m: float,
+    max_home_height_m: float | None,
     signing_key: Path | None,
     via: str,
 ) -> None:
@@ -66,7 +65,7 @@ def upload_command(
     mavplan upload valley.plan --conn /dev/ttyUSB0,57600 --system 3
     """
     from mavplan.cli.console import answer, say_problems, tell, tell_next
-    from mavplan.formats.beside import read_known_mission, remember_vehicle
+    from mavplan.formats.beside import home_height_limit_m, read_known_mission, remember_vehicle
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.vehicle import upload_mission
     from mavplan.mission.autopilots import AUTOPILOTS
@@ -94,7 +93,7 @@ def upload_command(
                 place=str(endpoint),
                 allow_armed=allow_armed,
                 max_home_distance_m=max_home_distance_m,
-                max_home_height_m=max_home_height_m,
+                max_home_height_m=home_height_limit_m(file, max_home_height_m),
                 source=str(file),
                 progress=show,
                 via=via,  # type: ignore[arg-type]

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SUFFIX = ".mavplan.json"
 
+MAX_HOME_HEIGHT_M, MAX_HOME_HEIGHT_OVER_GROUND_M = 30.0, 10.0
+
 
 def plan_path(mission_file: Path) -> Path:
     """Return where the plan of a mission file is: ``out/valley.plan`` → ``out/valley.mavplan.json``."""
@@ -66,6 +68,19 @@ def read_known_mission(path: Path, autopilot: Autopilot | None = None) -> Missio
         message = f"is for {AUTOPILOTS[known].title}, not for {AUTOPILOTS[autopilot].title}: plan again for that one"
         raise InputError([Problem(str(path), message, "other-autopilot")])
     return dataclasses.replace(mission, autopilot=autopilot or known)
+
+
+def home_height_limit_m(mission_file: Path, asked_m: float | None = None) -> float:
+    """Return how much higher or lower than the mission's a vehicle's home may be.
+
+    What was asked for; else 10 m where the plan beside the mission file keeps clear of terrain, and 30 m elsewhere.
+    """
+    if asked_m is not None:
+        return asked_m
+    scenario = _content(plan_path(mission_file)).get("scenario")
+    terrain = scenario.get("terrain") if isinstance(scenario, dict) else None
+    over_ground = isinstance(terrain, dict) and bool(terrain.get("file"))
+    return MAX_HOME_HEIGHT_OVER_GROUND_M if over_ground else MAX_HOME_HEIGHT_M
 
 
 def _planned_autopilot(path: Path) -> Autopilot | None:

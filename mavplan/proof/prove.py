@@ -74,6 +74,8 @@ def prove(plan: StoredPlan, track: Track, in_flight: bool | None = None) -> Proo
     )
     odd = recognise(plan, track, stops, find_hovers(path), places_m, words, channel.radius_m)
     received = _received(plan, path, spans, channel)
+    if plan.user_rel_m is not None:
+        received = replace(received, flight_bit=np.zeros(len(scenario.users)))
     counted = received if in_flight else replace(received, flight_bit=np.zeros(len(scenario.users)))
     relaying = path if in_flight else replace(path, counts=path.counts & (stop_of_piece(path, spans) >= 0))
     d2d_bit = _relayed(plan, relaying, spans, counted.total_bit, channel)

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from mavplan.formats.beside import plan_path, remember_vehicle, remembered_vehicle
+from mavplan.formats.beside import home_height_limit_m, plan_path, remember_vehicle, remembered_vehicle
 from tests.link.harness import make_mission, make_network, upload
 
 
@@ -58,3 +58,22 @@ def test_a_plan_that_cannot_be_replaced_is_a_warning_and_stays_whole(tmp_path, r
     assert found.severity == "warning"
     assert plan_path(file).read_text() == '{"a": 1}'
     assert [path.name for path in tmp_path.iterdir()] == ["valley.mavplan.json"]
+
+
+@pytest.mark.parametrize(
+    ("content", "limit_m"),
+    [
+        ('{"scenario": {"terrain": {"file": "a.tif"}}}', 10.0),
+        ('{"scenario": {"terrain": {"file": null}}}', 30.0),
+        ('{"scenario": {}}', 30.0),
+        ('{"scenario": [1]}', 30.0),
+        ("nothing", 30.0),
+        (None, 30.0),
+    ],
+)
+def test_a_home_may_be_less_off_where_the_plan_is_over_terrain(tmp_path, content, limit_m):
+    mission_file = tmp_path / "a.plan"
+    if content is not None:
+        plan_path(mission_file).write_text(content)
+    assert home_height_limit_m(mission_file) == limit_m
+    assert home_height_limit_m(mission_file, 44.0) == 44.0
