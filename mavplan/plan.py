@@ -36,6 +36,35 @@ from mavplan.terrain.service import Links
 HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
 
 
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Which of several flights a plan is.
+
+    Attributes
+    ----------
+    kind
+        A sortie of one vehicle, flown after the one before it, or a vehicle of a fleet.
+    number, of
+        Counted from 1, and how many there are.
+    name
+        The vehicle's, where it has one.
+    system
+        Its MAVLink system id, where that is known.
+    start_s
+        When it starts, counted from the start of the first vehicle; 0 for a sortie.
+    not_served
+        Users that none of the flights serves.
+    """
+
+    kind: Literal["sortie", "vehicle"]
+    number: int
+    of: int
+    name: str = ""
+    system: int | None = None
+    start_s: float = 0.0
+    not_served: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """One planned flight, and everything that led to it."""
@@ -50,6 +79,8 @@ class Plan:
     """ρ_e against the SBW benchmark on the same users; None where it has no value."""
     links: Links | None = None
     """Who is heard from which stop over real ground; None where there is none."""
+    part: Part | None = None
+    """Which flight it is, where several share the work."""
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
@@ -114,13 +145,39 @@ def make_plan(
         mission would leave its fence, no-fly zones leave no place for a user or no way to a stop, the ground is not
         known under a leg.
     """
+    return plan_along(scenario, plan_trajectory(scenario, progress), hover)
+
+
+def plan_along(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    hover: HoverStyle = "waypoint+loiter",
+    stored_holds: Callable[[Trajectory], Holds] | None = None,
+) -> Plan:
+    """Make the flight of a trajectory: round no-fly zones, with holds, as a mission within its fence, and its forecast.
+
+    Parameters
+    ----------
+    scenario
+        What the trajectory was planned for.
+    trajectory
+        Stops and their order, without regard to no-fly zones.
+    hover
+        What a stop is made of.
+    stored_holds
+        Gives the holds of the trajectory as it is flown; None: the least that the demands take.
+
+    Raises
+    ------
+    InputError
+        As `make_plan`, but for the planner.
+    """
     vehicle, home = scenario.vehicle, scenario.home
     if scenario.terrain is None and scenario.terrain_options.file is not None:
         message = "was not read with the rest: plan from the scenario itself"
         raise InputError([Problem("[terrain] file", message, "no-terrain")])
     rules = AUTOPILOTS[vehicle.autopilot]
     plane = LocalPlane(home.lat_deg, home.lon_deg)
-    trajectory = plan_trajectory(scenario, progress)
     back_m: Floats | None = None
     if scenario.no_fly is not None:
         trajectory, back_m = _round_zones(trajectory, scenario, scenario.no_fly, plane)
@@ -130,7 +187,10 @@ def make_plan(
     if over is not None:
         bound = _of_path(trajectory.bound, over.trajectory.path_m, over.back_m)
         trajectory, back_m = replace(over.trajectory, bound=bound), over.back_m
-    holds = hold_times(scenario, trajectory, rules, None if over is None else over.links.rates_bit_s_hz)
+    if stored_holds is None:
+        holds = hold_times(scenario, trajectory, rules, None if over is None else over.links.rates_bit_s_hz)
+    else:
+        holds = stored_holds(trajectory)
     flown_m = trajectory.path_m[1:]
     holds_s: list[float | None] = [None] * len(flown_m)
     for at, hold_s in zip(trajectory.stop_at, holds.stored_s.tolist(), strict=True):

@@ -89,6 +89,7 @@ def _users(plan: Plan) -> list[dict[str, Any]]:
             "via": "d2d" if assignment.d2d[n] else "air",
             "mate": None if users.mate[n] == UNPAIRED else users.names[users.mate[n]],
             "rate_bit_s": round(float(assignment.rate_bit_s_hz[n] * bandwidth_hz), 1),
+            **({} if users.priority is None else {"priority": float(users.priority[n])}),
         }
         for n, name in enumerate(users.names)
     ]
@@ -124,6 +125,7 @@ def document(plan: Plan) -> dict[str, Any]:
             }
             for slot in plan.holds.schedule
         ],
+        **({} if plan.part is None else {"part": dataclasses.asdict(plan.part)}),
         "scenario": sections(plan.scenario),
         "scenario_sha256": fingerprint(plan.scenario),
         **({} if plan.scenario.terrain is None else {"ground": _ground(plan, plan.scenario.terrain)}),
@@ -180,5 +182,6 @@ def fingerprint(scenario: Scenario) -> str:
 
 def _user_values(users: Users) -> list[list[Any]]:
     """Return the users' values as plain lists."""
-    columns = (users.lat_deg, users.lon_deg, users.demand_bit, users.mate)
+    columns = [users.lat_deg, users.lon_deg, users.demand_bit, users.mate]
+    columns += [] if users.priority is None else [users.priority]
     return [list(row) for row in zip(users.names, *(column.tolist() for column in columns), strict=True)]

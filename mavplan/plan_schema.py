@@ -27,6 +27,7 @@ from mavplan.scenario.sections import (
     LatDeg,
     LonDeg,
     PlannerOptions,
+    Priority,
     Radio,
     Service,
     TerrainOptions,
@@ -64,6 +65,7 @@ class FileUser:
     in_flight_mbit: Annotated[float, Field(ge=0)] | None = None
     ground_rel_m: _Height | None = None
     hidden_from: list[_Index] = field(default_factory=list)
+    priority: Priority | None = None
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)

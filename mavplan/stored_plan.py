@@ -234,4 +234,12 @@ def _users(users: list[FileUser], home: Home) -> Users:
         mate=np.array(
             [UNPAIRED if user.mate is None else index[user.mate] for user in users], dtype=np.int64
         ),
+        priority=_priorities(users),
     )
+
+
+def _priorities(users: list[FileUser]) -> Floats | None:
+    """Return (N,) priorities; None where no user has one."""
+    if all(user.priority is None for user in users):
+        return None
+    return np.array([1.0 if user.priority is None else user.priority for user in users])

@@ -45,6 +45,13 @@ def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[P
     -------
     The files in the order in which they were asked for, and warnings of the formats.
     """
+    contents, warnings = prepared(plan, paths)
+    write_outputs_of(contents.items())
+    return [path for path in contents if not is_stdout(path)], warnings
+
+
+def prepared(plan: Plan, paths: Sequence[Path]) -> tuple[dict[Path, str | bytes], list[Problem]]:
+    """Return what each file will hold, the plan itself beside each mission file too, and warnings of the formats."""
     contents: dict[Path, str | bytes] = {}
     warnings: list[Problem] = []
     plan_text = functools.cache(lambda: dumps(plan))  # a proof in it takes a while
@@ -66,5 +73,4 @@ def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[P
         ]
         if not is_stdout(path):
             contents.setdefault(plan_path(path), plan_text())
-    write_outputs_of(contents.items())
-    return [path for path in contents if not is_stdout(path)], warnings
+    return contents, warnings

@@ -34,6 +34,24 @@ class Clusters(click.ParamType[int | str]):
         return clusters
 
 
+class SortieCount(click.ParamType[int | str]):
+    """``auto`` or a number of sorties."""
+
+    name = "N"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int | str:
+        """Return ``auto`` or a positive number."""
+        if value == "auto":
+            return "auto"
+        try:
+            count = int(value)
+        except ValueError:
+            count = 0
+        if count < 1:
+            self.fail(f"{value!r} is neither 'auto' nor a whole number from 1", param, ctx)
+        return count
+
+
 @click.command("plan", short_help="Plan stops, order and holds, and write the mission.")
 @click.argument("scenario", type=Files(".toml", dash=True))
 @click.option("--planner", type=Planner(), help="Planner, instead of the scenario's: tloaik.")
@@ -72,6 +90,12 @@ class Clusters(click.ParamType[int | str]):
     "Default: the scenario's name with .plan, in this folder.",
 )
 @format_option(*(suffix[1:] for suffix in WRITTEN))
+@click.option(
+    "--sorties",
+    type=SortieCount(),
+    help="Split the plan where the battery ends, into as many sorties as it takes ('auto') or at most N: then what "
+    "does the most for the weighted demand is flown.",
+)
 @click.option("--items", is_flag=True, help="Print time and energy of every mission item too.")
 def plan_command(
     scenario: Path,
@@ -83,6 +107,7 @@ def plan_command(
     hover: str,
     outputs: tuple[Path, ...],
     kind: str | None,
+    sorties: int | str | None,
     items: bool,
 ) -> None:
     """Plan a flight for SCENARIO (a scenario.toml, or - for standard input) and write it as a mission.
@@ -92,6 +117,7 @@ def plan_command(
     mavplan plan scenario.toml --clusters 6 -o valley.plan -o valley.waypoints -o valley.png
     mavplan plan scenario.toml --planner length --time-limit 60
     mavplan plan scenario.toml --items
+    mavplan plan scenario.toml --sorties auto
     mavplan plan scenario.toml --json | jq .mission_s
     mavplan plan - -o - --format geojson < scenario.toml
     """
@@ -106,6 +132,11 @@ def plan_command(
     check_outputs(outputs)
     note(f"reading {scenario}")
     loaded = with_options(read_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s)
+    if sorties is not None:
+        from mavplan.cli.several import fly_sorties
+
+        fly_sorties(loaded, hover, sorties, outputs, items=items)
+        return
     with progress("planning") as move:
         made = make_plan(loaded, hover, move)  # type: ignore[arg-type]
     note("writing")

@@ -45,6 +45,8 @@ class Users:
     mate
         (N,) index of the other member of the D2D pair, or `UNPAIRED`; a matching: ``mate[mate[n]] == n``.
         Only pairs within the D2D range.
+    priority
+        (N,) weights of the users' demands where not everybody can be served, not negative; None: all alike.
     """
 
     names: tuple[str, ...]
@@ -53,10 +55,26 @@ class Users:
     xy_m: Floats
     demand_bit: Floats
     mate: Ints
+    priority: Floats | None = None
 
     def __len__(self) -> int:
         """Return the number of users."""
         return len(self.names)
+
+    def some(self, kept: Ints, demand_bit: Floats) -> "Users":
+        """Return K of N users by their indices with other demands, (N,); a pair of which one is left out is none."""
+        place = np.full(len(self) + 1, UNPAIRED, dtype=np.int64)
+        place[kept] = np.arange(len(kept))
+        mate = self.mate[kept]
+        return Users(
+            names=tuple(self.names[number] for number in kept),
+            lat_deg=self.lat_deg[kept],
+            lon_deg=self.lon_deg[kept],
+            xy_m=self.xy_m[kept],
+            demand_bit=demand_bit[kept],
+            mate=np.where(mate == UNPAIRED, UNPAIRED, place[mate]),
+            priority=None if self.priority is None else self.priority[kept],
+        )
 
 
 @dataclass(frozen=True, eq=False)

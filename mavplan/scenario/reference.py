@@ -25,6 +25,7 @@ from mavplan.scenario.sections import (
     Rally,
     Service,
     TerrainOptions,
+    UserValues,
     Vehicle,
     Vertex,
     Wind,
@@ -44,7 +45,12 @@ SECTIONS: dict[str, type[Any]] = {
 }
 """Tables of ``scenario.toml`` by name, in the order in which they are documented."""
 
-LISTED: dict[str, type[Any]] = {"fence.circle": Circle, "fence.vertex": Vertex, "rally": Rally}
+LISTED: dict[str, type[Any]] = {
+    "fence.circle": Circle,
+    "fence.vertex": Vertex,
+    "rally": Rally,
+    "user": UserValues,
+}
 """Tables of which there may be many, and what an entry consists of."""
 
 AREA_LISTS = ("inclusion", "exclusion")

@@ -25,6 +25,7 @@ PowerDbm = Annotated[float, Field(ge=-200, le=100)]
 GainDb = Annotated[float, Field(ge=-200, le=100)]
 Exponent = Annotated[float, Field(ge=1, le=8)]
 DemandMbit = Annotated[float, Field(ge=0, le=1e9)]
+Priority = Annotated[float, Field(ge=0, le=1e6)]
 
 
 @dataclass(frozen=True, config=_CHECKED)
@@ -44,9 +45,17 @@ class Columns:
     lat_deg: str | None = None
     lon_deg: str | None = None
     demand_mbit: str | None = None
+    priority: str | None = None
     pair: str | None = None
     utm: str | None = None
     mgrs: str | None = None
+
+
+@dataclass(frozen=True, config=_CHECKED)
+class UserValues:
+    """What the users file may say of one user beside its place: where not everybody can be served, who comes first."""
+
+    priority: Priority = 1.0
 
 
 @dataclass(frozen=True, config=_CHECKED)

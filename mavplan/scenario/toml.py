@@ -156,7 +156,7 @@ def _scenario(
         report.add(dataclasses.replace(problem, where=f"{label}, {problem.where}"))
     return Scenario(
         home=home,
-        users=Users(users.names, users.lat_deg, users.lon_deg, xy_m, users.demand_bit, mate),
+        users=Users(users.names, users.lat_deg, users.lon_deg, xy_m, users.demand_bit, mate, users.priority),
         radio=sections.radio,
         d2d=d2d,
         vehicle=sections.vehicle,

@@ -66,6 +66,8 @@ class FileUsers:
         Whether there is a pair column.
     places
         Where each user stands in the file, for problems.
+    priority
+        (N,) weights; None without such a column.
     """
 
     names: tuple[str, ...]
@@ -75,6 +77,7 @@ class FileUsers:
     mate: Ints
     has_pairs: bool
     places: tuple[str, ...]
+    priority: Floats | None = None
 
 
 def read_users(
@@ -126,7 +129,8 @@ def read_users(
     if pair_column is not None:
         mate = _mates(table, pair_column, report)
     places = tuple(table.place(row) for row in table.rows)
-    return FileUsers(names, lat_deg, lon_deg, demand_bit, mate, pair_column is not None, places)
+    priority = _priorities(table, columns, report)
+    return FileUsers(names, lat_deg, lon_deg, demand_bit, mate, pair_column is not None, places, priority)
 
 
 def _names(table: Table, columns: Columns, report: Report) -> tuple[str, ...]:
@@ -248,6 +252,20 @@ def _demands(
         )
         report.warning(f"{table.label}, {table.column_word} {listed([column])}", message, "default-demand")
     return demand_mbit * _BIT_PER_MBIT
+
+
+def _priorities(table: Table, columns: Columns, report: Report) -> Floats | None:
+    """Return the users' weights, 1 where a cell is empty; None without such a column."""
+    column = table.find_column(columns.priority, "priority", report, needed=False)
+    if column is None:
+        return None
+    key = keys_of("user")["priority"]
+    weights = np.ones(len(table.rows))
+    for i, row in enumerate(table.rows):
+        value = row.cells.get(column)
+        if not is_empty(value):
+            weights[i] = _number(value, key, table.place(row, column), report)
+    return weights
 
 
 def _mates(table: Table, column: str, report: Report) -> Ints:

@@ -61,16 +61,20 @@ def scenario_toml(scenario: Scenario, users_file: str, remark: str) -> str:
 
 
 def users_csv(users: Users) -> str:
-    """Return a ``users.csv``: names, degrees, demands in Mbit, pair ids where there are pairs."""
+    """Return a ``users.csv``: names, degrees, demands in Mbit, pair ids and priorities where there are any."""
     text = io.StringIO()
     paired = bool((users.mate != UNPAIRED).any())
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["name", "lat_deg", "lon_deg", "demand_mbit", *(["pair"] if paired else [])])
+    weighted = users.priority is not None
+    head = ["name", "lat_deg", "lon_deg", "demand_mbit"]
+    writer.writerow([*head, *(["pair"] if paired else []), *(["priority"] if weighted else [])])
     for number, name in enumerate(users.names):
         mate = int(users.mate[number])
         pair = "" if mate == UNPAIRED else f"pair-{min(number, mate) + 1}"
         figures = (users.lat_deg[number], users.lon_deg[number], users.demand_bit[number] / 1e6)
-        writer.writerow([name, *(repr(float(value)) for value in figures), *([pair] if paired else [])])
+        weight = [] if users.priority is None else [repr(float(users.priority[number]))]
+        row = [name, *(repr(float(value)) for value in figures), *([pair] if paired else []), *weight]
+        writer.writerow(row)
     return text.getvalue()
 
 

@@ -1,0 +1,184 @@
+"""``mavplan plan`` for several flights: a row and files for each, the sums, and what is left over."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mavplan.cli.console import (
+    answer,
+    clock,
+    counted,
+    plain_table,
+    print_table,
+    printable,
+    progress,
+    say_problems,
+    tell,
+    tell_written,
+)
+from mavplan.cli.outputs import prepared
+from mavplan.cli.streams import is_stdout
+from mavplan.cli.tables import print_items, print_plan
+from mavplan.errors import InputError, Problem
+from mavplan.formats.atomic import write_all
+from mavplan.plan import Plan
+from mavplan.plan_file import summary
+from mavplan.scenario.model import Scenario
+from mavplan.scenario.write import scenario_toml, users_csv
+
+MOST_NAMES = 12
+"""Names of users in one line; the rest is counted."""
+
+
+def fly_sorties(
+    scenario: Scenario,
+    hover: str,
+    count: int | str,
+    outputs: Sequence[Path],
+    *,
+    items: bool,
+) -> None:
+    """Plan sorties, write their files and print a row for each."""
+    from mavplan.sorties.make import plan_sorties
+
+    check_not_stdout(outputs)
+    with progress("planning") as move:
+        made = plan_sorties(scenario, hover, count if isinstance(count, int) else None, move)  # type: ignore[arg-type]
+    suffixes = _numbers(made.plans)
+    rest = {} if made.rest is None else rest_files(made.rest, outputs[0])
+    written, warnings = _write(made.plans, suffixes, outputs, rest)
+    left: list[Problem] = []
+    if made.not_served:
+        message = f"{_shortened(made.not_served)}: what the battery gives goes to others"
+        left.append(Problem("not served", message, "not-served", "warning"))
+    say_problems([*(warning for plan in made.plans for warning in plan.warnings), *warnings, *left])
+    if len(made.plans) == 1:
+        print_plan(made.plans[0])
+    else:
+        print_flights("sortie", made.plans, [_named(outputs[0], suffix) for suffix in suffixes])
+        air = sum(plan.forecast.mission_s for plan in made.plans)
+        tell(f"{counted(len(made.plans), 'sortie')}: {clock(air)} in the air, batteries changed in between")
+    _print_items(made.plans, suffixes, items=items)
+    if made.rest is not None:
+        users = scenario.users
+        weight = np.ones(len(users)) if users.priority is None else users.priority
+        out = np.isin(np.array(users.names, dtype=object), np.array(made.not_served, dtype=object))
+        value, lost = (float((weight * users.demand_bit)[which].sum()) for which in (slice(None), out))
+        tell(
+            f"not served: {counted(len(made.not_served), 'user')} ({_shortened(made.not_served)}), "
+            f"{lost / value if value else 0:.0%} of the weighted demand"
+        )
+    tell_written(written)
+    answer(_answer(made.plans, suffixes, outputs, made.not_served))
+
+
+def print_flights(kind: str, plans: Sequence[Plan], files: Sequence[Path]) -> None:
+    """Print a row for each flight."""
+    known = all(plan.forecast.used_wh is not None for plan in plans)
+    charged = known and all(plan.remaining_fraction is not None for plan in plans)
+    first = plans[0]
+    table = plain_table(f"{first.trajectory.planner.upper()} for {first.rules.title}")
+    table.add_column(kind)
+    for heading in ("stops", "users", "path m", "hover", "mission"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for heading in (*(["Wh"] if known else []), *(["left"] if charged else [])):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("file")
+    for number, (plan, file) in enumerate(zip(plans, files, strict=True), start=1):
+        cells = [
+            str(number),
+            str(len(plan.built.stop_items)),
+            str(len(plan.scenario.users)),
+            f"{plan.trajectory.length_m:,.0f}",
+            clock(plan.holds.hover_s),
+            clock(plan.forecast.mission_s),
+        ]
+        cells += [f"{plan.forecast.used_wh:,.1f}"] if known else []
+        cells += [f"{plan.remaining_fraction:.0%}"] if charged else []
+        table.add_row(*cells, printable(str(file)))
+    print_table(table)
+    tell()
+
+
+def rest_files(rest: Scenario, output: Path) -> dict[Path, str | bytes]:
+    """Return a scenario of the users that are left over, beside the first file that is written."""
+    scenario = output.with_name(f"{output.stem}-rest.toml")
+    users = scenario.with_suffix(".csv")
+    remark = printable(
+        f"The users that {output.name} leaves over, with what they need.\n\n  mavplan plan {scenario.name}"
+    )
+    return {scenario: scenario_toml(rest, users.name, remark), users: users_csv(rest.users)}
+
+
+def _numbers(plans: Sequence[Plan]) -> list[str]:
+    """Return what follows the name of each flight's files: nothing where there is only one."""
+    return [""] if len(plans) == 1 else [f"-{number}" for number in range(1, len(plans) + 1)]
+
+
+def _named(path: Path, suffix: str) -> Path:
+    """Return ``valley-1.plan`` for ``valley.plan``."""
+    return path.with_name(f"{path.stem}{suffix}{path.suffix}")
+
+
+def _write(
+    plans: Sequence[Plan],
+    suffixes: Sequence[str],
+    outputs: Sequence[Path],
+    others: dict[Path, str | bytes],
+) -> tuple[list[Path], list[Problem]]:
+    """Write the files of every flight, all or none."""
+    contents: dict[Path, str | bytes] = {}
+    warnings: list[Problem] = []
+    for plan, suffix in zip(plans, suffixes, strict=True):
+        files, noticed = prepared(plan, [_named(path, suffix) for path in outputs])
+        contents |= files
+        warnings += noticed
+    contents |= others
+    write_all(contents.items())
+    return list(contents), warnings
+
+
+def check_not_stdout(outputs: Sequence[Path]) -> None:
+    """Raise an `InputError` where standard output is to take the files of several flights."""
+    if any(is_stdout(path) for path in outputs):
+        raise InputError("-o -: standard output takes one file, several flights have one each; name a file")
+
+
+def _answer(
+    plans: Sequence[Plan], suffixes: Sequence[str], outputs: Sequence[Path], not_served: Sequence[str]
+) -> dict[str, Any]:
+    """Return the one object for scripts."""
+    return {
+        "flights": [
+            {
+                "files": [str(_named(path, suffix)) for path in outputs],
+                "part": None if plan.part is None else asdict(plan.part),
+                **summary(plan),
+            }
+            for plan, suffix in zip(plans, suffixes, strict=True)
+        ],
+        "not_served": list(not_served),
+        "mission_s": round(sum(plan.forecast.mission_s for plan in plans), 2),
+        "longest_s": round(max(_ends_s(plan) for plan in plans), 2),
+    }
+
+
+def _ends_s(plan: Plan) -> float:
+    return plan.forecast.mission_s + (0.0 if plan.part is None else plan.part.start_s)
+
+
+def _print_items(plans: Sequence[Plan], suffixes: Sequence[str], *, items: bool) -> None:
+    for plan, suffix in zip(plans, suffixes, strict=True) if items else ():
+        tell()
+        if suffix:
+            tell(f"{suffix.removeprefix('-')}:")
+        print_items(plan)
+        tell()
+
+
+def _shortened(names: Sequence[str]) -> str:
+    shown = ", ".join(printable(name).replace("\n", " ") for name in names[:MOST_NAMES])
+    return f"{shown} and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else shown

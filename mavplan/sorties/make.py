@@ -1,0 +1,199 @@
+"""From a scenario to its sorties: one plan, cut where the battery ends, each part made into a mission of its own."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mavplan.errors import InputError, Problem
+from mavplan.hover import Holds, hold_times
+from mavplan.mission.autopilots import AUTOPILOTS
+from mavplan.plan import HoverStyle, Part, Plan, make_plan, plan_along
+from mavplan.planners.trajectory import Trajectory
+from mavplan.scenario.model import Scenario
+from mavplan.sorties.share import Share, shares
+from mavplan.sorties.split import TooFar, split, unreachable, with_caution
+from mavplan.sorties.ways import Budget, Ways, budget_of
+
+ATTEMPTS = 4
+"""How often the cuts are made again for what their own ways bring in flight."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sorties:
+    """The flights in their order, and who is left over.
+
+    Attributes
+    ----------
+    whole
+        The plan that was cut: one flight that serves everybody, whatever the battery.
+    plans
+        A plan a sortie; the whole one where one battery does it.
+    not_served
+        Names of the users that no sortie serves.
+    rest
+        A scenario of them, and of mates that may relay; None where all are served.
+    """
+
+    whole: Plan
+    plans: tuple[Plan, ...]
+    not_served: tuple[str, ...] = ()
+    rest: Scenario | None = None
+
+    @property
+    def total_s(self) -> float:
+        """Time in the air of all of them; what a change of batteries takes is not known."""
+        return sum(plan.forecast.mission_s for plan in self.plans)
+
+
+def plan_sorties(
+    scenario: Scenario,
+    hover: HoverStyle = "waypoint+loiter",
+    most: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sorties:
+    """Plan a scenario and cut the plan into sorties.
+
+    Parameters
+    ----------
+    scenario
+        With the endurance or the battery of its vehicle.
+    hover
+        What a stop is made of.
+    most
+        How many sorties there may be: what they do not serve of the weighted demand is left over; None: as many as it
+        takes.
+    progress
+        As for `make_plan`.
+
+    Raises
+    ------
+    InputError
+        As `make_plan`; no battery is given; users that no sortie serves and comes home with the reserve.
+    """
+    budget = budget_of(scenario.vehicle)
+    if budget is None:
+        message = "sorties need what a battery gives: set endurance_s, or battery_wh and mass_kg"
+        raise InputError([Problem("[vehicle]", message, "no-battery")])
+    whole = make_plan(scenario, hover, progress)
+    if _lasts(whole, budget):
+        return Sorties(whole, (whole,))
+    if most is not None:
+        from mavplan.sorties.choose import most_weighted
+
+        return most_weighted(whole, budget, most, hover)
+    found = _all_served(whole, budget)
+    return Sorties(whole, finished(whole, found, hover))
+
+
+def _all_served(whole: Plan, budget: Budget) -> list[Share]:
+    """Return the sorties that serve everybody.
+
+    Raises
+    ------
+    InputError
+        Every stop that none can serve.
+    """
+    scenario, trajectory, rules = whole.scenario, whole.trajectory, whole.rules
+    careful = with_caution(budget)
+    ways = Ways(scenario, trajectory.stops_m)
+    too_far = unreachable(ways, careful, rules)
+    if too_far:
+        raise InputError([too_far_problem(far, whole, budget) for far in too_far])
+    found = cut(scenario, trajectory, whole.holds, ways, careful)
+    if found is None:
+        raise AssertionError("every stop can be served, and yet no sorties were found")
+    return found
+
+
+def cut(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    holds: Holds,
+    ways: Ways,
+    budget: Budget,
+    most: int | None = None,
+) -> list[Share] | None:
+    """Return sorties over the stops of a trajectory that meet every demand; None where there are none, or too many.
+
+    Where holds count what users receive in flight, that changes with the cuts: holds grow until all is met, at the
+    worst to those that count on nothing.
+    """
+    rules = AUTOPILOTS[scenario.vehicle.autopilot]
+    in_flight_off = replace(scenario, service=replace(scenario.service, in_flight=False))
+    for attempt in range(ATTEMPTS):
+        leaves = split(ways, holds.stored_s.tolist(), budget, rules)
+        if leaves is None or (most is not None and len(leaves) > most):
+            return None
+        found = shares(scenario, trajectory, holds, leaves, rules)
+        if found is not None:
+            return found
+        still = hold_times(in_flight_off, trajectory, rules)
+        # Half-way first: much of what was counted on is still received.
+        stored_s = still.stored_s
+        if attempt < ATTEMPTS - 2:
+            steps = np.ceil((holds.stored_s + stored_s) / 2 / rules.hold_step_s - 1e-9)
+            stored_s = np.round(steps * rules.hold_step_s, 6)
+        holds = replace(still, stored_s=stored_s)
+    raise AssertionError("holds that count on nothing in flight leave a demand open")
+
+
+def finished(
+    whole: Plan, found: list[Share], hover: HoverStyle, left: tuple[str, ...] = ()
+) -> tuple[Plan, ...]:
+    """Return the sorties as plans, each with its number and the names of those that none serves.
+
+    Raises
+    ------
+    InputError
+        What `plan_along` finds wrong with any of them.
+    """
+    plans: list[Plan] = []
+    problems: list[Problem] = []
+    for number, share in enumerate(found, start=1):
+        part = Part("sortie", number, len(found), not_served=left)
+        try:
+            made = plan_along(share.scenario, share.trajectory, hover, lambda _, holds=share.holds: holds)  # type: ignore[misc]
+        except InputError as error:
+            problems += [replace(p, where=f"sortie {number}, {p.where}") for p in error.problems]
+            continue
+        plans.append(replace(made, part=part))
+    if problems:
+        raise InputError(problems)
+    warnings = (*_said(whole.scenario), *whole.trajectory.notes)
+    first = replace(plans[0], scenario=replace(plans[0].scenario, warnings=warnings))
+    return (first, *plans[1:])
+
+
+def _said(scenario: Scenario) -> tuple[Problem, ...]:
+    """Return the scenario's warnings, and that sorties come home whatever it says."""
+    if scenario.vehicle.end == "rtl":
+        return scenario.warnings
+    message = f'"{scenario.vehicle.end}" is for one flight: a sortie returns home for the next battery'
+    return (*scenario.warnings, Problem("[vehicle] end", message, "sorties-return", "warning"))
+
+
+def _lasts(plan: Plan, budget: Budget) -> bool:
+    used_wh = plan.forecast.used_wh
+    return plan.forecast.mission_s <= budget.seconds and (used_wh is None or used_wh <= budget.wh)
+
+
+def too_far_problem(far: TooFar, whole: Plan, budget: Budget) -> Problem:
+    """Return what is wrong with a stop that no sortie serves, and what would do."""
+    vehicle, users = whole.scenario.vehicle, whole.scenario.users
+    served = np.flatnonzero(whole.trajectory.assignment.stop == far.stop).tolist()
+    names = ", ".join(users.names[n] for n in served[:5]) + (" …" if len(served) > 5 else "")
+    says, would = [], []
+    usable = 1 - vehicle.reserve_fraction
+    if far.needs.seconds > budget.seconds:
+        says.append(f"takes {far.needs.seconds:,.0f} s, the battery lasts {budget.seconds:,.0f} s")
+        would.append(f"endurance_s = {np.ceil(far.needs.seconds / usable):,.0f}")
+    if far.needs.wh > budget.wh:
+        says.append(f"takes {far.needs.wh:,.1f} Wh, the battery gives {budget.wh:,.1f} Wh")
+        would.append(f"battery_wh = {np.ceil(far.needs.wh / usable * 10) / 10:,.1f}")
+    kept = f"a reserve of {vehicle.reserve_fraction:.0%} kept"
+    message = (
+        f"there, back and the least hold {' and '.join(says)} ({kept}): no sortie serves {names or 'it'}; "
+        f"a bigger battery ({' and '.join(would)}) would, or a home nearer"
+    )
+    return Problem(f"stop {far.stop + 1}", message, "beyond-battery")

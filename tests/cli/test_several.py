@@ -1,0 +1,68 @@
+"""``mavplan plan --sorties``: the files it writes, who is named, and the exit codes."""
+
+import json
+import re
+
+import pytest
+
+from mavplan.formats import read_mission
+from mavplan.scenario import load_scenario
+from mavplan.stored_plan import read_plan
+
+
+@pytest.fixture
+def short_of_battery(gallery, tmp_path):
+    """The valley with a battery that does not do for one flight."""
+    text = (gallery / "valley" / "scenario.toml").read_text()
+    text = re.sub(r"battery_wh = [0-9.]+", "battery_wh = 85.0", text)
+    text = re.sub(r"mass_kg = [0-9.]+", "mass_kg = 2.5", text)
+    (tmp_path / "users.csv").write_text((gallery / "valley" / "users.csv").read_text())
+    (tmp_path / "valley.toml").write_text(text)
+    return tmp_path / "valley.toml"
+
+
+def test_each_sortie_has_files_that_are_read_by_themselves(mavplan, short_of_battery, tmp_path):
+    ran = mavplan("plan", short_of_battery, "--sorties", "auto", "-o", "v.plan", "-o", "v.kml")
+    assert ran.code == 0, ran.err
+    written = {path.name for path in tmp_path.glob("v*-*")}
+    assert written == {f"v-{n}{end}" for n in (1, 2) for end in (".plan", ".mavplan.json", ".kml")} or any(
+        name.startswith("v-3") for name in written
+    )
+    assert not (tmp_path / "v.plan").exists()
+    names = set()
+    for path in sorted(tmp_path.glob("v-*.plan")):
+        stored = read_plan(path)
+        assert len(read_mission(path).items) > len(stored.stops)
+        names |= set(stored.scenario.users.names)
+        assert path.name in ran.out
+    assert names == set(load_scenario(short_of_battery).users.names)
+
+
+def test_who_is_left_over_is_named_and_is_a_scenario(mavplan, short_of_battery, tmp_path):
+    ran = mavplan("plan", short_of_battery, "--sorties", "1", "-o", "v.plan", "--json")
+    assert ran.code == 0, ran.err
+    found = json.loads(ran.out)
+    (flight,) = found["flights"]
+    left = found["not_served"]
+    assert left
+    assert flight["part"]["not_served"] == left
+    assert flight["forecast"]["remaining_fraction"] >= 0.2
+    assert all(name in ran.err for name in left)
+    rest = load_scenario(tmp_path / "v-rest.toml")
+    assert list(rest.users.names) == left
+    assert {user["name"] for user in flight["users"]} | set(left) == set(
+        load_scenario(short_of_battery).users.names
+    )
+
+
+def test_one_battery_that_does_it_writes_the_ordinary_files(mavplan, gallery, tmp_path):
+    scenario = gallery / "valley" / "scenario.toml"
+    assert mavplan("plan", scenario, "-o", "one.plan").code == 0
+    assert mavplan("plan", scenario, "--sorties", "auto", "-o", "auto.plan").code == 0
+    for end in (".plan", ".mavplan.json"):
+        assert (tmp_path / f"one{end}").read_text() == (tmp_path / f"auto{end}").read_text()
+
+
+def test_sorties_are_auto_or_a_number(mavplan, gallery):
+    for wrong in ("0", "-1", "some"):
+        assert mavplan("plan", gallery / "valley" / "scenario.toml", "--sorties", wrong).code == 2
