@@ -7,6 +7,7 @@ import numpy as np
 
 from mavplan.errors import InputError, Problem
 from mavplan.hover import Holds, hold_times
+from mavplan.inflight import counts_in_flight
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.plan import HoverStyle, Part, Plan, make_plan, plan_along
 from mavplan.planners.trajectory import Trajectory
@@ -128,6 +129,10 @@ def cut(
         found = shares(scenario, trajectory, holds, leaves, rules)
         if found is not None:
             return found
+        if not counts_in_flight(scenario):
+            # What float32 takes off the pieces of a hold: a step for each.
+            holds = replace(holds, stored_s=np.round(holds.stored_s + rules.hold_step_s, 6))
+            continue
         still = hold_times(in_flight_off, trajectory, rules)
         # Half-way first: much of what was counted on is still received.
         stored_s = still.stored_s

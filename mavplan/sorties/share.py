@@ -52,6 +52,8 @@ def shares(
     _reach_the_rest(served, scenario, trajectory, leaves)
     found = []
     for number, leaf in enumerate(leaves):
+        if not served[:, number].any():
+            continue  # others serve all its users: nobody needs it
         some = _sub_scenario(scenario, trajectory, parts_bit[:, : number + 1], served[:, number])
         path = from_origin(trajectory.stops_m[list(leaf.stops)])
         flown = replace(
@@ -109,7 +111,8 @@ def _turns(
     for number, leaf in enumerate(leaves):
         for stop, hold_s in zip(leaf.stops, leaf.holds_s, strict=True):
             here = [slot for slot in holds.schedule if slot.stop == stop]
-            start_s, end_s = begun_s[stop], begun_s[stop] + float(np.float32(hold_s))
+            # What the autopilot is given, a float32, and no more than what a sortie stores.
+            start_s, end_s = begun_s[stop], begun_s[stop] + min(hold_s, float(np.float32(hold_s)))
             begun_s[stop] = end_s
             for slot in here:
                 within_s = min(slot.start_s + slot.duration_s, end_s) - max(slot.start_s, start_s)
