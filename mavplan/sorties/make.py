@@ -76,6 +76,9 @@ def plan_sorties(
     if budget is None:
         message = "sorties need what a battery gives: set endurance_s, or battery_wh and mass_kg"
         raise InputError([Problem("[vehicle]", message, "no-battery")])
+    if scenario.terrain is not None or scenario.terrain_options.file is not None:
+        message = "sorties are cut over flat ground only: leave the file out, or plan one flight"
+        raise InputError([Problem("[terrain] file", message, "sorties-terrain")])
     whole = make_plan(scenario, hover, progress)
     if _lasts(whole, budget):
         return Sorties(whole, (whole,))
