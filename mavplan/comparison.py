@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from mavplan.plan import Plan, make_plan
-from mavplan.planners import PLANNERS
+from mavplan.planners import PLANNERS, WHOLE
 from mavplan.planners.cover import minimum_cover, minimum_pair_cover
 from mavplan.scenario.model import Scenario
 
@@ -63,16 +63,15 @@ def compare(scenario: Scenario, progress: Callable[[int, int], None] | None = No
         As `mavplan.plan.make_plan`.
     """
     names = [*(name for name in PLANNERS if name != BENCHMARK), BENCHMARK]
+    tell = _in_parts(progress, len(names) + 2)
     plans: list[Plan] = []
     for done, name in enumerate(names):
-        if progress is not None:
-            progress(done, len(names) + 1)
         options = dataclasses.replace(scenario.planner, name=name)
-        plans.append(make_plan(dataclasses.replace(scenario, planner=options)))
-    if progress is not None:
-        progress(len(names), len(names) + 1)
+        plans.append(make_plan(dataclasses.replace(scenario, planner=options), progress=tell(done)))
     radius_m = plans[0].trajectory.radius_m
+    tell(len(names))(0, 1)
     cover = minimum_cover(scenario.users.xy_m, radius_m, time_limit_s=COVER_LIMIT_S)
+    tell(len(names) + 1)(0, 1)
     pair_cover = minimum_pair_cover(scenario.users, radius_m, time_limit_s=COVER_LIMIT_S)
     return Comparison(
         plans=tuple(plans),
@@ -80,6 +79,22 @@ def compare(scenario: Scenario, progress: Callable[[int, int], None] | None = No
         least_stops=LeastStops(cover.size, cover.bound),
         least_stops_with_d2d=LeastStops(pair_cover.size, pair_cover.bound),
     )
+
+
+def _in_parts(
+    progress: Callable[[int, int], None] | None, parts: int
+) -> Callable[[int], Callable[[int, int], None]]:
+    """Return what gives to the number of a part the progress within it, told as progress of the whole."""
+
+    def part(number: int) -> Callable[[int, int], None]:
+        def tell(done: int, todo: int) -> None:
+            if progress is not None:
+                within = min(done / todo, 1.0) if todo > 0 else 0.0
+                progress(round(WHOLE * (number + within)), WHOLE * parts)
+
+        return tell
+
+    return part
 
 
 def _row(plan: Plan, benchmark: Plan) -> Row:

@@ -9,7 +9,6 @@ import io
 import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import click
 
@@ -132,13 +131,12 @@ class LazyGroup(click.Group):
 @click.option(
     "--config",
     "settings_file",
-    type=click.Path(path_type=Path),
     envvar="MAVPLAN_CONFIG",
     metavar="FILE",
     help="Settings; by default mavplan.toml in this folder, else ~/.config/mavplan/config.toml.",
 )
 @click.pass_context
-def cli(ctx: click.Context, settings_file: Path | None) -> None:
+def cli(ctx: click.Context, settings_file: str | None) -> None:
     """From people who need a radio link to a verified mission on a drone."""
     from mavplan.cli.settings import IN_META, defaults_of, find_file, read_file
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 from mavplan.cli.streams import DASH, read_scenario
 from mavplan.errors import CheckError, InputError, MavplanError, Problem
 
@@ -108,11 +108,11 @@ def proves(plan: "StoredPlan") -> bool | None:
     """
     from mavplan.bounds.path import CertificateError
     from mavplan.bounds.stored import prove_bound
-    from mavplan.cli.console import note, say_problems, tell
+    from mavplan.cli.console import progress, say_problems, tell
 
-    note("checking the proof of the plan's bound")
     try:
-        found = prove_bound(plan)
+        with progress("checking the proof of the plan's bound"):
+            found = prove_bound(plan)
     except CertificateError as error:
         say_problems([Problem(f"{plan.label}, certificate", str(error), "certificate")])
         return False

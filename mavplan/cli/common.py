@@ -1,16 +1,11 @@
 """What every command has besides its own options: ``--json``, ``--quiet``, ``--verbose``, names in the environment."""
 
 from collections.abc import Callable, Iterable
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
 from mavplan.cli.console import Mode
-
-if TYPE_CHECKING:
-    from click.shell_completion import CompletionItem
 
 _Callback = Callable[[click.Context, click.Parameter, bool], None]
 
@@ -19,70 +14,7 @@ SHARED = ("conn", "system", "signing-key", "quiet", "verbose")
 """Options that a setting may give to every command that has them: ``MAVPLAN_CONN``, or ``[mavplan]`` in a file."""
 IN_PERSON = frozenset({"yes", "allow-armed", "all"})
 """Options that a person says at the time, on the command line, and never a setting that was made long before."""
-PLANNER_NAMES = ("tloaik", "stoaik", "boaik", "length", "sbw")
-"""Of `mavplan.planners.PLANNERS`, which take their time to load."""
-PATH = "path"
-"""What a completion is that names a file or a folder."""
 _STRENGTH = (ParameterSource.DEFAULT_MAP, ParameterSource.ENVIRONMENT, ParameterSource.COMMANDLINE)
-
-
-class Files(click.Path):
-    """A file; shells complete names with these endings, and folders.
-
-    Parameters
-    ----------
-    suffixes
-        In lower case; none: every file.
-    dash
-        ``-`` is taken too.
-    """
-
-    def __init__(self, *suffixes: str, dash: bool = False) -> None:
-        super().__init__(path_type=Path)
-        self.suffixes = suffixes
-        self.dash = dash
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the path."""
-        if str(value) == "-" and not self.dash:
-            self.fail("'-' is taken for scenarios only; name a file", param, ctx)
-        return super().convert(value, param, ctx)
-
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> "list[CompletionItem[Any]]":
-        """Return the folders and the files with these endings that begin so."""
-        from click.shell_completion import CompletionItem
-
-        folder, slash, begun = incomplete.rpartition("/")
-        found = []
-        try:
-            for entry in sorted(Path(folder + slash).expanduser().iterdir()):
-                fits = entry.is_dir() or not self.suffixes or entry.name.lower().endswith(self.suffixes)
-                hidden = entry.name.startswith(".") and not begun.startswith(".")
-                if fits and not hidden and entry.name.startswith(begun):
-                    found.append(CompletionItem(f"{folder}{slash}{entry.name}", type=PATH))
-        except OSError:
-            pass
-        return found
-
-
-class Planner(click.ParamType[str]):
-    """The name of a planner; whether there is such a one the planners say."""
-
-    name = "NAME"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the name."""
-        return str(value)
-
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> "list[CompletionItem[Any]]":
-        """Return the names that begin so, without loading a planner."""
-        from click.shell_completion import CompletionItem
-
-        return [CompletionItem(name) for name in PLANNER_NAMES if name.startswith(incomplete)]
 
 
 def furnish(command: click.Command) -> click.Command:

@@ -16,7 +16,7 @@ from click.shell_completion import (
     add_completion_class,
 )
 
-from mavplan.cli.common import PATH
+from mavplan.cli.kinds import PATH
 
 VARIABLE = "_MAVPLAN_COMPLETE"
 """Click answers a shell that asks with this variable."""

@@ -4,15 +4,12 @@ Whether a person or a script reads is the command line's `Mode`; the commands sa
 is wanted.
 """
 
-import json
 import os
-import shutil
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
@@ -20,6 +17,8 @@ import click
 from mavplan.errors import ExitCode, InputError, Problem
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.console import Console
     from rich.table import Table
 
@@ -72,7 +71,7 @@ def tell(line: str = "") -> None:
     """Print a line for a person; a terminal that is narrower gets it broken between words."""
     if not mode().shows:
         return
-    width = shutil.get_terminal_size().columns
+    width = terminal_width()
     if is_terminal(sys.stdout) and len(line) > width:
         import textwrap
 
@@ -82,7 +81,7 @@ def tell(line: str = "") -> None:
     click.echo(line)
 
 
-def tell_written(paths: Iterable[Path]) -> None:
+def tell_written(paths: "Iterable[Path]") -> None:
     """Tell which files there are now."""
     tell(f"written: {', '.join(str(path) for path in paths)}")
 
@@ -94,7 +93,7 @@ def note(doing: str, of: Mode | None = None) -> None:
         click.echo(f"{time.monotonic() - now.began_s:8.2f} s  {printable(doing)}", err=True)
 
 
-def tell_next(*command: str | Path, why: str = "") -> None:
+def tell_next(*command: "str | Path", why: str = "") -> None:
     """Tell the person at a terminal which command comes next."""
     if mode().shows and is_terminal(sys.stdout):
         words = " ".join(quoted(str(part)) for part in command)
@@ -132,6 +131,8 @@ def answer_failure(error: Exception, code: ExitCode) -> None:
 
 
 def _print_object(document: Mapping[str, Any]) -> None:
+    import json
+
     # Half a character, as a broken file name has it, is JSON only as an escape.
     text = json.dumps(document, ensure_ascii=False, allow_nan=False)
     click.echo(text.encode("utf-8", "backslashreplace"))
@@ -167,8 +168,15 @@ def stdout() -> "Console":
     """Return the console for results; of fixed width when piped."""
     from rich.console import Console
 
-    width = shutil.get_terminal_size().columns if is_terminal(sys.stdout) else PIPE_WIDTH
+    width = terminal_width() if is_terminal(sys.stdout) else PIPE_WIDTH
     return Console(width=width, highlight=False, markup=False, quiet=not mode().shows)
+
+
+def terminal_width() -> int:
+    """Return the columns of the terminal, or what COLUMNS says."""
+    import shutil
+
+    return shutil.get_terminal_size().columns
 
 
 def is_terminal(stream: TextIO | None) -> bool:
@@ -221,27 +229,51 @@ def progress(label: str) -> Iterator[Callable[[int, int], None]]:
     if not is_terminal(sys.stderr) or mode().quiet:
         yield lambda _done, _todo: None
         return
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+    from rich.text import Text
 
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-        console=stderr(),
-        transient=True,
-    ) as bar:
+    began_s = time.monotonic()
+    last_done, last_s = 0.0, began_s
+
+    class Left(ProgressColumn):
+        """The part done and the time left, worked out each time that it is shown; the time gone by before that."""
+
+        def render(self, task: Task) -> Text:
+            now_s = time.monotonic()
+            if not last_done:
+                return Text(stopwatch(now_s - began_s))
+            left_s = time_left_s(last_done, last_s - began_s, now_s - last_s)
+            return Text(f"{last_done:.0%}, {stopwatch(left_s)} left")
+
+    columns = (TextColumn("{task.description}"), BarColumn(), Left())
+    with Progress(*columns, console=stderr(), transient=True) as bar:
         task = bar.add_task(label, total=None)
-        yield lambda done, todo: bar.update(task, completed=done, total=todo)
+
+        def move(done: int, todo: int) -> None:
+            nonlocal last_done, last_s
+            last_done, last_s = min(done / todo, 1.0) if todo > 0 else 0.0, time.monotonic()
+            bar.update(task, completed=done, total=todo)
+
+        yield move
+
+
+def time_left_s(done: float, taken_s: float, since_s: float) -> float:
+    """Return how long it will take yet, at the pace until now.
+
+    Parameters
+    ----------
+    done
+        The part done, above 0.
+    taken_s, since_s
+        What it took, and how long ago it was done.
+    """
+    return max(taken_s * (1.0 - done) / done - since_s, 0.0)
+
+
+def stopwatch(seconds: float) -> str:
+    """Return ``12:34``, minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d}"
 
 
 def clock(seconds: float) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 from mavplan.cli.streams import read_scenario, stem_of
 from mavplan.errors import MavplanError
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 from mavplan.cli.link_options import check_via, link_options, open_link, via_option
 from mavplan.cli.streams import format_option, named_outputs, write_outputs_of
 from mavplan.cli.upload import link_progress, tell_failure

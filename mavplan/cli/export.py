@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 from mavplan.cli.streams import format_option, is_stdout, named_outputs, write_outputs_of
 from mavplan.errors import InputError, Problem
 

@@ -19,13 +19,15 @@ def info_command(conn: str, system: int | None, timeout_s: float, signing_key: P
     \b
     mavplan info --conn udp:0.0.0.0:14550
     """
-    from mavplan.cli.console import answer, note, printable, say_problems, tell
+    from mavplan.cli.console import answer, printable, progress, say_problems, tell
     from mavplan.link.endpoint import parse_endpoint
     from mavplan.link.services import vehicle_info
 
     endpoint = parse_endpoint(conn)
-    note(f"asking the vehicle at {endpoint}")
-    with open_link(endpoint, timeout_s, signing_key) as connection:
+    with (
+        progress(f"asking the vehicle at {endpoint}"),
+        open_link(endpoint, timeout_s, signing_key) as connection,
+    ):
         info = vehicle_info(connection, deadline_s=timeout_s, system=system, place=str(endpoint))
     say_problems(info.warnings)
     for name, words in _lines(info):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 
 if TYPE_CHECKING:
     from mavplan.link.connection import Connection

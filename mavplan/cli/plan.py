@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mavplan.cli.common import Files, Planner
+from mavplan.cli.kinds import Files, Planner
 from mavplan.cli.streams import format_option, named_outputs, read_scenario, stem_of
 
 if TYPE_CHECKING:
@@ -139,8 +139,8 @@ def plan_command(
         return
     with progress("planning") as move:
         made = make_plan(loaded, hover, move)  # type: ignore[arg-type]
-    note("writing")
-    written, warnings = write_outputs(made, outputs)
+    with progress("writing"):
+        written, warnings = write_outputs(made, outputs)
     say_problems([*made.warnings, *warnings])
     print_plan(made)
     if items:

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mavplan.cli.console import clock, counted, plain_table, print_table, printable, tell
-from mavplan.cli.tables import stopwatch
+from mavplan.cli.console import clock, counted, plain_table, print_table, printable, stopwatch, tell
 from mavplan.errors import CheckError
 from mavplan.proof.model import FlownStop, Proof
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 
 
 @click.command("prove", short_help="Work out from a flight's log what every user received.")

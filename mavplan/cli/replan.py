@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 from mavplan.errors import InputError, Problem
 
 FILES = ("scenario.toml", "users.csv")

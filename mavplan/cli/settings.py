@@ -13,7 +13,8 @@ from typing import Any
 
 import click
 
-from mavplan.cli.common import IN_PERSON, PREFIX, SHARED, Files, long_name, options_of, variable, variables_of
+from mavplan.cli.common import IN_PERSON, PREFIX, SHARED, long_name, options_of, variable, variables_of
+from mavplan.cli.kinds import Files
 from mavplan.errors import InputError, Problem
 
 NAME = "mavplan.toml"
@@ -39,10 +40,10 @@ class SettingsFile:
     tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
-def find_file(named: Path | None) -> Path | None:
+def find_file(named: str | None) -> Path | None:
     """Return the file that is named, else the one of the working folder, else the user's own."""
     if named is not None:
-        return named
+        return Path(named)
     home = os.environ.get("XDG_CONFIG_HOME") or "~/.config"
     found = (Path(NAME), Path(home).expanduser() / "mavplan" / "config.toml")
     return next((path for path in found if path.is_file()), None)

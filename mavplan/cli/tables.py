@@ -6,7 +6,7 @@ from dataclasses import asdict, astuple
 import numpy as np
 
 from mavplan.bounds import Bound
-from mavplan.cli.console import clock, counted, plain_table, print_table, printable, tell
+from mavplan.cli.console import clock, counted, plain_table, print_table, printable, stopwatch, tell
 from mavplan.hover import demand_on_air
 from mavplan.mission.phases import Phases
 from mavplan.mission.sendable import command_name
@@ -109,12 +109,6 @@ def print_items(plan: Plan) -> None:
             cells += [f"{item.energy_wh.total:,.1f}" if item.energy_wh.total else "", f"{item.used_wh:,.1f}"]
         table.add_row(*cells)
     print_table(table)
-
-
-def stopwatch(seconds: float) -> str:
-    """Return ``12:34``, minutes and seconds since the start of the mission."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes}:{rest:02d}"
 
 
 def _seconds(phases: Phases) -> list[str]:

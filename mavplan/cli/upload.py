@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 from mavplan.cli.link_options import check_via, link_options, open_link, via_option
 from mavplan.errors import MavplanError, Problem
 

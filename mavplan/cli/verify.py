@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mavplan.cli.common import Files
+from mavplan.cli.kinds import Files
 from mavplan.cli.link_options import link_options, open_link
 from mavplan.cli.upload import link_progress, tell_failure
 from mavplan.errors import MavplanError

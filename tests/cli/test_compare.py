@@ -52,7 +52,7 @@ def test_energy_stands_where_the_mass_is_given(mavplan, gallery, tmp_path):
         (tmp_path / name).write_bytes((gallery / "valley" / name).read_bytes())
     scenario = tmp_path / "scenario.toml"
     ran = mavplan("compare", scenario)
-    assert ran.out.splitlines()[0].rstrip().endswith(" Wh")
+    assert ran.out.splitlines()[1].endswith(" Wh")
     rows = json.loads(mavplan("compare", scenario, "--json").out)["planners"]
     for row in rows:
         assert f" {row['energy_wh']:,.1f}" in ran.out

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mavplan.cli.common import PLANNER_NAMES
+from mavplan.cli.kinds import PLANNER_NAMES
 
 ROOT = Path(__file__).resolve().parents[2]
 
