@@ -14,7 +14,7 @@ import click
 
 from mavplan import __version__
 from mavplan.cli.common import furnish
-from mavplan.cli.console import Mode, answer_failure, colour, note, say, say_problems
+from mavplan.cli.console import Mode, answer_failure, colour, note, printable, say, say_problems
 from mavplan.errors import ExitCode, InputError, MavplanError
 
 SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
@@ -193,6 +193,11 @@ def _failed(error: MavplanError | click.ClickException, mode: Mode, *, as_json: 
         say("error", str(error))
     else:
         error.show()
+    if not mode.quiet:
+        from mavplan.cli.remedies import remedies
+
+        for hint in remedies(error):
+            click.echo(f"hint: {printable(hint)}", err=True)
     note("done", mode)
     if as_json and not mode.answered:
         answer_failure(error, code)

@@ -34,6 +34,8 @@ class Files(click.Path):
         """Return the path."""
         if str(value) == "-" and not self.dash:
             self.fail("'-' is taken for scenarios only; name a file", param, ctx)
+        if "\0" in str(value):
+            self.fail(f"{str(value)!r} is no name that a file can have", param, ctx)
         return super().convert(value, param, ctx)
 
     def shell_complete(

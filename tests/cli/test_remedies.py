@@ -1,0 +1,41 @@
+"""An error is followed by what may help, and by nothing where nothing is known."""
+
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("args", "hint"),
+    [
+        (["plan", "nonexistent.toml"], "'mavplan init FOLDER' writes a scenario to start from"),
+        (["plan", "scenari.toml"], "did you mean scenario.toml?"),
+        (["plan", "folder"], "did you mean folder/scenario.toml?"),
+        (["check", "valley.plan"], "'mavplan plan SCENARIO -o valley.plan' writes one"),
+        (["upload", "resceu.plan", "--conn", "udpout:127.0.0.1:9"], "did you mean rescue.plan?"),
+        (["info"], "say where the vehicle is, as in --conn udp:0.0.0.0:14550, or set MAVPLAN_CONN"),
+        (["prove", "flight.tlog", "--plan", "rescue.plan"], "'mavplan plan' writes it beside the mission"),
+    ],
+)
+def test_an_error_names_what_to_do(mavplan, args, hint):
+    Path("folder").mkdir()
+    for name in ("scenario.toml", "rescue.plan", "folder/scenario.toml"):
+        Path(name).write_text("")
+    ran = mavplan(*args)
+    assert ran.code == 2
+    assert ran.err.splitlines()[-1] == f"hint: {hint}"
+    assert "hint" not in mavplan(*args, "-q").err
+
+
+def test_a_vehicle_that_is_not_heard_is_looked_for(mavplan):
+    ran = mavplan("info", "--conn", "udpout:127.0.0.1:9", "--timeout", "0.2")
+    assert ran.code == 3
+    assert "hint: is the vehicle on" in ran.err
+
+
+@pytest.mark.parametrize("name", ["x\x1b[31m.toml", "missing/x.toml", "x.docx", "\0.toml"])
+def test_where_nothing_is_known_nothing_is_said(mavplan, name):
+    ran = mavplan("plan", name)
+    assert ran.code == 2
+    assert "\x1b" not in ran.err
+    assert "did you mean" not in ran.err
