@@ -344,9 +344,10 @@ def _fill(heights: NDArray[np.float32], cells: _Cells, source: Any, base: _Tile,
     if (end <= begin).any():
         return
     window = Window(*(begin - first).tolist(), *(end - begin).tolist())
-    read = source.read(1, window=window, masked=True).astype(np.float64).filled(np.nan)
-    with np.errstate(invalid="ignore"):
-        read = read * source.scales[0] + source.offsets[0]
+    read = source.read(1, window=window, masked=True).astype(np.float32).filled(np.nan)
+    with np.errstate(invalid="ignore", over="ignore"):
+        read *= np.float32(source.scales[0])
+        read += np.float32(source.offsets[0])
         read[~((read >= LEAST_M) & (read <= MOST_M))] = np.nan
     part = heights[begin[1] : end[1], begin[0] : end[0]]
     part[:] = np.where(np.isnan(part), read, part)

@@ -110,6 +110,32 @@ def test_every_leg_is_clear_and_everybody_hears_enough(terrain, places, planner,
         assert np.abs(flown_m(mission)[-1] - [0, 0, 100]).max() < 0.06
 
 
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    rough(),
+    st.lists(st.tuples(metres, metres), min_size=1, max_size=5),
+    st.lists(st.tuples(metres, metres, st.floats(10, 120)), min_size=1, max_size=3),
+)
+def test_with_zones_no_leg_is_in_one_and_every_leg_is_clear(terrain, places, circles):
+    """Also legs to and from stops that the ground made necessary."""
+    circles = [(x, y, r) for x, y, r in circles if np.hypot(x, y) > r + 40]
+    zones = []
+    for x, y, radius_m in circles:
+        lat, lon = PLANE.to_e7(np.array([[x, y]]))
+        zones.append(FenceCircle(False, int(lat[0]), int(lon[0]), radius_m))
+    scenario = replace(make_scenario(places), no_fly=Fence((), tuple(zones)) or None)
+    plan, codes = planned(over(scenario, terrain))
+    if plan is None:
+        assert codes <= {"no-allowed-place", "no-way", "no-sight", "not-covered"}
+        return
+    assert least_above_m(plan.built.mission, terrain) >= 30.0 - 0.1
+    assert (heard_bit(plan, terrain) >= plan.scenario.users.demand_bit * 0.999).all()
+    for start, end in itertools.pairwise(flown_m(plan.built.mission)):
+        line = start + np.linspace(0, 1, 200)[:, None] * (end - start)
+        for x, y, radius_m in circles:
+            assert np.hypot(line[:, 0] - x, line[:, 1] - y).min() >= radius_m + 3.0
+
+
 def test_both_file_formats_keep_every_altitude():
     plan = make_plan(over(make_scenario([[500, 0], [-300, 300]], clusters=2), ridge(width_m=150.0)))
     mission = plan.built.mission
