@@ -27,7 +27,9 @@ def print_plan(plan: Plan) -> None:
     legs_m = np.diff(flown_m[trajectory.stop_at - 1], prepend=0.0)
     any_d2d = bool(trajectory.assignment.d2d.any())
     table = plain_table(f"{trajectory.planner.upper()} for {plan.rules.title}")
-    for heading in ("stop", "latitude", "longitude", "leg m", "arrives", "hold s"):
+    over_ground = plan.scenario.terrain is not None
+    heights = ("alt m",) if over_ground else ()
+    for heading in ("stop", "latitude", "longitude", *heights, "leg m", "arrives", "hold s"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("served from the air")
     if any_d2d:
@@ -39,6 +41,7 @@ def print_plan(plan: Plan) -> None:
             str(stop + 1),
             f"{place.lat_deg:.6f}",
             f"{place.lon_deg:.6f}",
+            *([f"{place.alt_m:,.0f}"] if over_ground else []),
             f"{legs_m[stop]:,.0f}",
             stopwatch(plan.arrivals_s[stop]),
             f"{plan.holds.stored_s[stop]:g}",
