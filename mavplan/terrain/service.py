@@ -41,6 +41,10 @@ class Links:
             np.insert(self.hidden, number, other.hidden[:, 0], axis=1),
         )
 
+    def without_stop(self, number: int) -> "Links":
+        """Return the links without those of a stop, from 0."""
+        return Links(np.delete(self.rates_bit_s_hz, number, axis=1), np.delete(self.hidden, number, axis=1))
+
 
 def links_of(
     terrain: Terrain, users_m: Floats, stops_m: Floats, stop_alt_m: Floats, channel: Channel
@@ -135,8 +139,8 @@ def serve_all(
     InputError
         Every user above whom no stop may be.
     """
-    path, stop_at = list(trajectory.path_m), trajectory.stop_at.tolist()
-    back, own_stop, problems = list(back_m), [], []
+    way = _Way(list(trajectory.path_m), trajectory.stop_at.tolist(), list(back_m), route, returns)
+    own_stop, problems = [], []
 
     def links_to(stops_m: Floats) -> Links:
         return links_of(terrain, users.xy_m, stops_m, altitudes_of(stops_m), channel)
@@ -147,50 +151,105 @@ def serve_all(
         if assignment.served[user]:
             continue
         place = users.xy_m[user]
-        row = _insertion(path, place, returns=returns)
-        ways = None if closed(place[None])[0] else _ways(path, row, place, route)
-        if ways is None:
-            why = _why(user, links, trajectory.assignment)
+        number = None if closed(place[None])[0] else way.insert(place)
+        if number is None:
+            why = _why(links.hidden[user], list(range(len(way.stop_at))), trajectory.assignment.d2d[user])
             message = f"cannot be served: {why}, and no-fly zones leave no way to a stop straight above it"
             problems.append(Problem(users.names[user], message, "no-sight"))
             continue
-        to, on = ways
-        stop_row, added = row + 1 + len(to), len(to) + 1 + len(on)
-        path[row + 1 : row + 1] = [*to, place, *on]
-        number = sum(at <= row for at in stop_at)
-        stop_at = [*stop_at[:number], stop_row, *(at + added for at in stop_at[number:])]
-        if returns and stop_row == len(path) - 1:
-            back = route(place, np.zeros(2)) or []
         own_stop.append(user)
         links = links.with_stop(number, links_to(place[None]))
         assignment = assign_by(links, users, channel)
     if problems:
         raise InputError(problems)
+    hidden, kept = links.hidden, list(range(len(way.stop_at)))
+    if own_stop:
+        # A stop that lost all its users to others is flown to for nobody.
+        for number in reversed(np.setdiff1d(kept, assignment.stop).tolist()):
+            way.drop(number)
+            kept.remove(number)
+            links = links.without_stop(number)
+        assignment = assign_by(links, users, channel)
+    told = [
+        Problem(
+            users.names[user],
+            "has a stop of its own, straight above it: "
+            + _why(hidden[user], kept, trajectory.assignment.d2d[user]),
+            "terrain-stop",
+            "warning",
+        )
+        for user in own_stop
+    ]
     found = replace(
         trajectory,
-        path_m=np.array(path),
-        stop_at=np.array(stop_at, dtype=np.int64),
+        path_m=np.array(way.path),
+        stop_at=np.array(way.stop_at, dtype=np.int64),
         assignment=assignment,
-        notes=(
-            *trajectory.notes,
-            *(_told(user, users, links, trajectory.assignment) for user in own_stop),
-        ),
+        notes=(*trajectory.notes, *told),
     )
-    return Served(found, links, np.array(back).reshape(-1, 2))
+    return Served(found, links, np.array(way.back).reshape(-1, 2))
 
 
-def _told(user: int, users: Users, links: Links, planned: Assignment) -> Problem:
-    message = f"has a stop of its own, straight above it: {_why(user, links, planned)}"
-    return Problem(users.names[user], message, "terrain-stop", "warning")
+@dataclass
+class _Way:
+    """A path that stops are put into and taken out of: its points, the rows of its stops, where the way back turns."""
+
+    path: list[Floats]
+    stop_at: list[int]
+    back: list[Floats]
+    route: Route
+    returns: bool
+
+    def insert(self, place: Floats) -> int | None:
+        """Put a stop where its detour is least; return its number, from 0, or None where there is no way to it."""
+        row = _insertion(self.path, place, returns=self.returns)
+        to = self.route(self.path[row], place)
+        on = self.route(place, self.path[row + 1]) if row + 1 < len(self.path) else []
+        if to is None or on is None:
+            return None
+        number = sum(at <= row for at in self.stop_at)
+        added = len(to) + 1 + len(on)
+        self.path[row + 1 : row + 1] = [*to, place, *on]
+        later = [at + added for at in self.stop_at[number:]]
+        self.stop_at = [*self.stop_at[:number], row + 1 + len(to), *later]
+        self._turn_back()
+        return number
+
+    def drop(self, number: int) -> None:
+        """Take a stop out; where zones leave no straight way past it, it stays as a turning point."""
+        row = self.stop_at.pop(number)
+        if row + 1 == len(self.path):
+            del self.path[self.stop_at[-1] + 1 :]
+            self._turn_back()
+        elif self.route(self.path[row - 1], self.path[row + 1]) == []:
+            del self.path[row]
+            self.stop_at[number:] = [at - 1 for at in self.stop_at[number:]]
+
+    def _turn_back(self) -> None:
+        if self.returns:
+            self.back = self.route(self.path[-1], np.zeros(2)) or []
 
 
-def _why(user: int, links: Links, planned: Assignment) -> str:
-    """Return why the stops of a plan in the plane do not serve a user."""
-    hiding = np.flatnonzero(links.hidden[user])
-    if len(hiding):
-        stops = f"stop{'s' if len(hiding) > 1 else ''} {', '.join(str(stop + 1) for stop in hiding[:5])}"
-        return f"the ground hides it from {stops}{' and more' if len(hiding) > 5 else ''}"
-    if planned.d2d[user]:
+def _why(hidden: Bools, kept: list[int], by_mate: bool) -> str:
+    """Return why the stops of a plan in the plane do not serve a user.
+
+    Parameters
+    ----------
+    hidden
+        (M,) from which stops the ground hides it.
+    kept
+        Which of them are flown to, in their order: the names of stops count these.
+    by_mate
+        Whether it was to be served through its mate.
+    """
+    hiding = [kept.index(stop) + 1 for stop in np.flatnonzero(hidden).tolist() if stop in kept]
+    if hiding:
+        more = " and more" if len(hiding) > 5 else ""
+        stops = ", ".join(map(str, hiding[:5]))
+        return f"the ground hides it from stop{'s' if len(hiding) > 1 else ''} {stops}{more}"
+    if hidden.any():
+        return "the ground hides it from where it was to be served"
+    if by_mate:
         return "its mate, through which it was to be served, is not served from the air"
     return "as high as it and the stops really are, none of them is near enough"
 
@@ -208,12 +267,3 @@ def _insertion(path: list[Floats], place: Floats, *, returns: bool) -> int:
     if not returns:
         detour = np.append(detour, np.linalg.norm(points[-1] - place))
     return int(detour.argmin())
-
-
-def _ways(
-    path: list[Floats], row: int, place: Floats, route: Route
-) -> tuple[list[Floats], list[Floats]] | None:
-    """Return where the ways to a new place and on from it turn; None where there is none."""
-    to = route(path[row], place)
-    on = route(place, path[row + 1]) if row + 1 < len(path) else []
-    return None if to is None or on is None else (to, on)

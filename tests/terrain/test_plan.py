@@ -98,6 +98,7 @@ def test_every_leg_is_clear_and_everybody_hears_enough(terrain, places, planner,
         return
     mission = plan.built.mission
     assert least_above_m(mission, terrain) >= 30.0 - 0.1
+    assert set(plan.trajectory.assignment.stop.tolist()) <= set(range(len(plan.built.stop_items)))
     home_m = bilinear(terrain, [[0, 0]])[0]
     for stop in plan.built.stop_items:
         item = mission.items[stop.first]
@@ -185,6 +186,17 @@ def test_a_user_behind_a_ridge_gets_a_stop_above_it():
     assert "the ground hides it from stop" in note.message
     stop = plan.trajectory.assignment.stop[int(note.where[1])]
     assert plan.trajectory.stops_m[stop] == pytest.approx(scenario.users.xy_m[int(note.where[1])])
+
+
+def test_a_stop_that_lost_its_users_is_not_flown_to():
+    """Both users of a stop between them lie in a gorge too deep for it: each has its own, and the stop is gone."""
+    heights = np.full((201, 201), 600.0)
+    heights[:, 113:115] = heights[:, 133:135] = 250.0
+    scenario = make_scenario([[405, 0], [1005, 0]])
+    assert len(make_plan(over(scenario, flat())).built.stop_items) == 1
+    plan = make_plan(over(scenario, terrain_of(heights)))
+    assert sorted(plan.trajectory.stops_m[:, 0].tolist()) == pytest.approx([405, 1005])
+    assert sorted(plan.trajectory.assignment.stop.tolist()) == [0, 1]
 
 
 def test_a_user_behind_a_ridge_in_a_zone_is_an_error_with_its_name_and_the_stop():
