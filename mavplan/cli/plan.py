@@ -96,6 +96,30 @@ class SortieCount(click.ParamType[int | str]):
     help="Split the plan where the battery ends, into as many sorties as it takes ('auto') or at most N: then what "
     "does the most for the weighted demand is flown.",
 )
+@click.option(
+    "--vehicles",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Divide the users among N vehicles, so that the longest mission is short.",
+)
+@click.option(
+    "--separation",
+    "separation_m",
+    type=click.FloatRange(0, 10_000),
+    default=50.0,
+    show_default=True,
+    metavar="M",
+    help="Metres that vehicles at the same height keep over the ground; 0 checks nothing.",
+)
+@click.option(
+    "--altitude-step",
+    "altitude_step_m",
+    type=click.FloatRange(0, 1000),
+    default=0.0,
+    show_default=True,
+    metavar="M",
+    help="Metres that each vehicle flies higher than the one before.",
+)
 @click.option("--items", is_flag=True, help="Print time and energy of every mission item too.")
 def plan_command(
     scenario: Path,
@@ -108,6 +132,9 @@ def plan_command(
     outputs: tuple[Path, ...],
     kind: str | None,
     sorties: int | str | None,
+    vehicles: int | None,
+    separation_m: float,
+    altitude_step_m: float,
     items: bool,
 ) -> None:
     """Plan a flight for SCENARIO (a scenario.toml, or - for standard input) and write it as a mission.
@@ -118,6 +145,7 @@ def plan_command(
     mavplan plan scenario.toml --planner length --time-limit 60
     mavplan plan scenario.toml --items
     mavplan plan scenario.toml --sorties auto
+    mavplan plan scenario.toml --vehicles 3 --altitude-step 15
     mavplan plan scenario.toml --json | jq .mission_s
     mavplan plan - -o - --format geojson < scenario.toml
     """
@@ -132,6 +160,15 @@ def plan_command(
     check_outputs(outputs)
     note(f"reading {scenario}")
     loaded = with_options(read_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s)
+    if sorties is not None and vehicles is not None:
+        raise click.UsageError(
+            "--sorties and --vehicles do not go together: plan each vehicle's users by themselves"
+        )
+    if vehicles is not None and vehicles > 1:
+        from mavplan.cli.several import fly_fleet
+
+        fly_fleet(loaded, hover, vehicles, outputs, (separation_m, altitude_step_m), items=items)
+        return
     if sorties is not None:
         from mavplan.cli.several import fly_sorties
 

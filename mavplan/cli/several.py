@@ -21,7 +21,7 @@ from mavplan.cli.console import (
 )
 from mavplan.cli.outputs import prepared
 from mavplan.cli.streams import is_stdout
-from mavplan.cli.tables import print_items, print_plan
+from mavplan.cli.tables import print_items, print_plan, stopwatch
 from mavplan.errors import InputError, Problem
 from mavplan.formats.atomic import write_all
 from mavplan.plan import Plan
@@ -75,21 +75,72 @@ def fly_sorties(
     answer(_answer(made.plans, suffixes, outputs, made.not_served))
 
 
+def fly_fleet(
+    scenario: Scenario,
+    hover: str,
+    count: int,
+    outputs: Sequence[Path],
+    apart_m: tuple[float, float],
+    *,
+    items: bool,
+) -> None:
+    """Plan a fleet, write its files and print a row for each vehicle.
+
+    Parameters
+    ----------
+    apart_m
+        Separation over the ground, and the step between heights.
+    """
+    from mavplan.fleet.make import plan_fleet
+
+    check_not_stdout(outputs)
+    with progress("planning") as move:
+        made = plan_fleet(
+            scenario,
+            count,
+            hover,  # type: ignore[arg-type]
+            separation_m=apart_m[0],
+            altitude_step_m=apart_m[1],
+            progress=move,
+        )
+    suffixes = _numbers(made.plans)
+    written, warnings = _write(made.plans, suffixes, outputs, {})
+    say_problems([*(warning for plan in made.plans for warning in plan.warnings), *warnings, *made.said])
+    print_flights("vehicle", made.plans, [_named(outputs[0], suffix) for suffix in suffixes])
+    one_s = made.single.forecast.mission_s
+    tell(
+        f"{counted(len(made.plans), 'vehicle')}: done {clock(made.longest_s)} after the first start "
+        f"({clock(one_s)} with one vehicle), {clock(sum(plan.forecast.mission_s for plan in made.plans))} in the air"
+    )
+    _print_items(made.plans, suffixes, items=items)
+    tell_written(written)
+    answer(_answer(made.plans, suffixes, outputs, ()))
+
+
 def print_flights(kind: str, plans: Sequence[Plan], files: Sequence[Path]) -> None:
     """Print a row for each flight."""
     known = all(plan.forecast.used_wh is not None for plan in plans)
     charged = known and all(plan.remaining_fraction is not None for plan in plans)
     first = plans[0]
     table = plain_table(f"{first.trajectory.planner.upper()} for {first.rules.title}")
+    fleet = kind == "vehicle"
     table.add_column(kind)
+    for heading in ("starts", "height m") if fleet else ():
+        table.add_column(heading, justify="right", no_wrap=True)
     for heading in ("stops", "users", "path m", "hover", "mission"):
         table.add_column(heading, justify="right", no_wrap=True)
     for heading in (*(["Wh"] if known else []), *(["left"] if charged else [])):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("file")
     for number, (plan, file) in enumerate(zip(plans, files, strict=True), start=1):
-        cells = [
-            str(number),
+        part = plan.part
+        cells = [printable(part.name) if part is not None and part.name else str(number)]
+        if fleet:
+            cells += [
+                stopwatch(0.0 if part is None else part.start_s),
+                f"{plan.scenario.vehicle.altitude_m:g}",
+            ]
+        cells += [
             str(len(plan.built.stop_items)),
             str(len(plan.scenario.users)),
             f"{plan.trajectory.length_m:,.0f}",

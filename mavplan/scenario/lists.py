@@ -8,6 +8,7 @@ from mavplan.geo import E7
 from mavplan.mission.geofence import Fence, FenceArea, FenceCircle, FencePolygon, RallyPoint, area_faults
 from mavplan.scenario.reference import AREA_KEYS, AREA_LISTS, LISTED, NO_FLY_KEYS, keys_of
 from mavplan.scenario.report import Report, key_name, listed, nearest, shown
+from mavplan.scenario.sections import FleetVehicle
 from mavplan.scenario.validate import sound_values
 from mavplan.scenario.zones_file import read_zones
 
@@ -19,6 +20,7 @@ class ListedThings:
     fence: Fence | None
     no_fly: Fence | None
     rally: tuple[RallyPoint, ...]
+    vehicles: tuple[FleetVehicle, ...]
     sound: bool
 
 
@@ -53,7 +55,25 @@ def read_lists(data: dict[str, Any], folder: Path, label: str, report: Report) -
         for place, entry in _tables(data.get("no_fly", []), "no_fly", label, report)
         for zone in _zones(entry, place, folder, label, report)
     ]
-    return ListedThings(_fence(areas), _fence(zones), tuple(rally), report.count == before)
+    vehicles = _vehicles(data.get("vehicles", []), label, report)
+    return ListedThings(_fence(areas), _fence(zones), tuple(rally), vehicles, report.count == before)
+
+
+def _vehicles(found: Any, label: str, report: Report) -> tuple[FleetVehicle, ...]:
+    """Return the vehicles of a fleet, names and system ids distinct."""
+    vehicles: list[FleetVehicle] = []
+    for place, entry in _tables(found, "vehicles", label, report):
+        values = _values("vehicles", entry, f"{label}, {place}", report)
+        if values is None:
+            continue
+        vehicle = FleetVehicle(**{**values, "name": _printable(values.get("name", "")) or place})
+        for key in ("name", "system"):
+            value = getattr(vehicle, key)
+            if value is not None and value in [getattr(other, key) for other in vehicles]:
+                message = f"found {shown(value)}, which another vehicle has too; they must differ"
+                report.error(f"{label}, {place} {key}", message, "duplicate")
+        vehicles.append(vehicle)
+    return tuple(vehicles)
 
 
 def _fence(areas: list[FenceArea]) -> Fence | None:

@@ -10,6 +10,7 @@ from mavplan.mission.geofence import Fence, RallyPoint
 from mavplan.scenario.sections import (
     D2D,
     FenceOptions,
+    FleetVehicle,
     Home,
     PlannerOptions,
     Radio,
@@ -81,9 +82,10 @@ class Users:
 class Scenario:
     """Everything that is known before planning, in SI units and local metres.
 
-    ``fence``, ``no_fly`` and ``rally`` stay in degrees, as they go into the mission: ``fence`` is what a mission is
-    held to, ``no_fly`` what it is planned round. Without ``terrain`` the ground is flat. ``warnings`` holds what was
-    noticed while reading: a pair beyond the D2D range, keys not used.
+    ``vehicles`` are those of a fleet that have homes of their own. ``fence``, ``no_fly`` and ``rally`` stay in
+    degrees, as they go into the mission: ``fence`` is what a mission is held to, ``no_fly`` what it is planned round.
+    Without ``terrain`` the ground is flat. ``warnings`` holds what was noticed while reading: a pair beyond the D2D
+    range, keys not used.
     """
 
     home: Home
@@ -98,6 +100,7 @@ class Scenario:
     fence: Fence | None = None
     no_fly: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
+    vehicles: tuple[FleetVehicle, ...] = ()
     terrain_options: TerrainOptions = field(default_factory=TerrainOptions)
     terrain: Terrain | None = None
     warnings: tuple[Problem, ...] = ()

@@ -19,6 +19,7 @@ from mavplan.scenario.sections import (
     Circle,
     Columns,
     FenceOptions,
+    FleetVehicle,
     Home,
     PlannerOptions,
     Radio,
@@ -49,6 +50,7 @@ LISTED: dict[str, type[Any]] = {
     "fence.circle": Circle,
     "fence.vertex": Vertex,
     "rally": Rally,
+    "vehicles": FleetVehicle,
     "user": UserValues,
 }
 """Tables of which there may be many, and what an entry consists of."""

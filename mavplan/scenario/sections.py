@@ -179,6 +179,17 @@ class Rally:
 
 
 @dataclass(frozen=True, config=_CHECKED)
+class FleetVehicle:
+    """One vehicle of a fleet with a home of its own: WGS84 degrees, metres above mean sea level, MAVLink system id."""
+
+    lat_deg: LatDeg
+    lon_deg: LonDeg
+    alt_amsl_m: Annotated[float, Field(ge=-500, le=9000)]
+    name: str = ""
+    system: Annotated[int, Field(ge=1, le=255)] | None = None
+
+
+@dataclass(frozen=True, config=_CHECKED)
 class PlannerOptions:
     """Which planner, how many clusters (``auto`` tries several), the seed of all that is random, the solver.
 

@@ -167,6 +167,7 @@ def _scenario(
         fence=things.fence,
         no_fly=things.no_fly,
         rally=things.rally,
+        vehicles=things.vehicles,
         terrain_options=sections.terrain,
         warnings=report.warnings(),
     )
@@ -211,7 +212,7 @@ def _users_path(data: dict[str, Any], folder: Path, label: str, report: Report) 
 def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
     """Note keys at the top that nobody knows."""
     for name in data:
-        if name in ("users", "rally", "no_fly") or name in SECTIONS:
+        if name in ("users", "rally", "no_fly", "vehicles") or name in SECTIONS:
             continue
         known = ["users", *SECTIONS, "rally", "no_fly"]
         message = f"is not known{_remedy(name, known, '')}"

@@ -57,6 +57,10 @@ def scenario_toml(scenario: Scenario, users_file: str, remark: str) -> str:
         ]
         lines += [f"alt_rel_m = {_value(point.alt_rel_m)}"]
         lines += [f"name = {_value(point.name)}"] if point.name else []
+    for vehicle in scenario.vehicles:
+        lines += ["", "[[vehicles]]"]
+        values = {key: getattr(vehicle, key) for key in keys_of("vehicles")}
+        lines += [f"{key} = {_value(value)}" for key, value in values.items() if value not in (None, "")]
     return "\n".join(lines) + "\n"
 
 

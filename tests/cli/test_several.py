@@ -66,3 +66,20 @@ def test_one_battery_that_does_it_writes_the_ordinary_files(mavplan, gallery, tm
 def test_sorties_are_auto_or_a_number(mavplan, gallery):
     for wrong in ("0", "-1", "some"):
         assert mavplan("plan", gallery / "valley" / "scenario.toml", "--sorties", wrong).code == 2
+
+
+def test_each_vehicle_has_files_of_its_own_and_a_start(mavplan, gallery, tmp_path):
+    scenario = gallery / "valley" / "scenario.toml"
+    ran = mavplan("plan", scenario, "--vehicles", "2", "-o", "v.plan", "--json")
+    assert ran.code == 0, ran.err
+    found = json.loads(ran.out)
+    assert [flight["files"] for flight in found["flights"]] == [["v-1.plan"], ["v-2.plan"]]
+    assert min(flight["part"]["start_s"] for flight in found["flights"]) == 0.0
+    ends = [flight["part"]["start_s"] + flight["forecast"]["mission_s"] for flight in found["flights"]]
+    assert found["longest_s"] == pytest.approx(max(ends), abs=0.02)
+    for number in (1, 2):
+        assert read_plan(tmp_path / f"v-{number}.plan").stops
+    table = mavplan("plan", scenario, "--vehicles", "2", "-o", "v.plan")
+    assert "v-2.plan" in table.out
+    assert mavplan("plan", scenario, "--vehicles", "2", "--sorties", "1").code == 2
+    assert mavplan("plan", scenario, "--vehicles", "0").code == 2

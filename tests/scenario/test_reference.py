@@ -37,6 +37,8 @@ def test_the_template_documents_every_key_and_no_other():
     assert data.pop("users") == "users.csv"
     (rally,) = data.pop("rally")
     assert set(rally) == set(keys_of("rally"))
+    (vehicle,) = data.pop("vehicles")
+    assert set(vehicle) == set(keys_of("vehicles"))
     (zone,) = data.pop("no_fly")
     assert set(zone) <= set(NO_FLY_KEYS)
     ((polygon,), (circle,)) = (data["fence"].pop("inclusion"), data["fence"].pop("exclusion"))
@@ -47,11 +49,13 @@ def test_the_template_documents_every_key_and_no_other():
     }
 
 
-@pytest.mark.parametrize("key", keys_of("rally").values(), ids=lambda key: key.place)
-def test_the_template_says_range_and_unit_of_a_rally_points_keys(key):
+@pytest.mark.parametrize(
+    "key", [*keys_of("rally").values(), *keys_of("vehicles").values()], ids=lambda key: key.place
+)
+def test_the_template_says_range_and_unit_of_a_listed_things_keys(key):
     """Its comments as the section has them."""
     _, comments = template_with_everything()
-    assert key.allowed_with_unit in comments["rally", key.name]
+    assert key.allowed_with_unit in comments[key.section, key.name]
 
 
 @pytest.mark.parametrize("key", ALL_KEYS, ids=lambda key: key.place)
@@ -100,12 +104,17 @@ def documented():
 
 def test_the_documentation_has_every_key_and_no_other():
     """One row a key; an area's two keys stand under inclusion."""
-    known = {(key.section, key.name) for key in (*ALL_KEYS, *keys_of("rally").values())}
+    known = {
+        (key.section, key.name)
+        for key in (*ALL_KEYS, *keys_of("rally").values(), *keys_of("vehicles").values())
+    }
     areas = {("fence.inclusion", key) for key in AREA_KEYS} | {("no_fly", key) for key in NO_FLY_KEYS}
     assert documented().keys() == known | areas
 
 
-@pytest.mark.parametrize("key", [*ALL_KEYS, *keys_of("rally").values()], ids=lambda key: key.place)
+@pytest.mark.parametrize(
+    "key", [*ALL_KEYS, *keys_of("rally").values(), *keys_of("vehicles").values()], ids=lambda key: key.place
+)
 def test_the_documentation_says_unit_default_and_range(key):
     """As the sections have them."""
     unit, default, allowed = documented()[key.section, key.name]

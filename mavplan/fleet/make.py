@@ -1,0 +1,283 @@
+"""From a scenario to the plans of a fleet: users divided, each flight planned, and kept apart from the others."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mavplan.errors import InputError, Problem
+from mavplan.fleet.apart import Starts, kept_apart
+from mavplan.fleet.divide import divide, inserted
+from mavplan.geo import LocalPlane
+from mavplan.plan import HoverStyle, Part, Plan, make_plan, plan_along
+from mavplan.planners.ordering import from_origin
+from mavplan.planners.trajectory import assign
+from mavplan.radio import planning_channel
+from mavplan.scenario.model import UNPAIRED, Floats, Scenario
+from mavplan.scenario.sections import FleetVehicle, Home
+from mavplan.sorties.ways import Ways
+
+MOST_TRIALS = 40
+"""Whole flights that are planned to see whether a stop is better off with another vehicle."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fleet:
+    """The flights of the vehicles that fly.
+
+    Attributes
+    ----------
+    single
+        What the first vehicle alone would fly.
+    plans
+        One for each vehicle that has users, with its number and its start.
+    said
+        What was done to keep them apart, and who stays on the ground.
+    """
+
+    single: Plan
+    plans: tuple[Plan, ...]
+    said: tuple[Problem, ...] = ()
+
+    @property
+    def longest_s(self) -> float:
+        """From the first start until the last mission is over."""
+        return max(_start_s(plan) + plan.forecast.mission_s for plan in self.plans)
+
+
+def plan_fleet(
+    scenario: Scenario,
+    count: int,
+    hover: HoverStyle = "waypoint+loiter",
+    *,
+    separation_m: float = 50.0,
+    altitude_step_m: float = 0.0,
+    progress: Callable[[int, int], None] | None = None,
+) -> Fleet:
+    """Plan a scenario for several vehicles, the longest mission as short as can be found.
+
+    Parameters
+    ----------
+    scenario
+        Its ``vehicles`` have homes of their own; without them all start at its home.
+    count
+        How many vehicles.
+    hover
+        What a stop is made of.
+    separation_m
+        What they keep over the ground where they are at the same height; 0 checks nothing.
+    altitude_step_m
+        How much higher each flies than the one before.
+    progress
+        As for `make_plan`.
+
+    Raises
+    ------
+    InputError
+        As `make_plan`; there are fewer vehicles.
+    """
+    if scenario.vehicles and count > len(scenario.vehicles):
+        message = f"--vehicles {count} asks for more than the {len(scenario.vehicles)} that have a home"
+        raise InputError([Problem("[[vehicles]]", message, "too-few-vehicles")])
+    if scenario.terrain is not None or scenario.terrain_options.file is not None:
+        message = "a fleet is planned over flat ground only: leave the file out, or plan one vehicle"
+        raise InputError([Problem("[terrain] file", message, "fleet-terrain")])
+    own = [_of_vehicle(scenario, number, altitude_step_m) for number in range(count)]
+    single = make_plan(own[0], hover, progress)
+    if count == 1:
+        return Fleet(single, (single,))
+    # From the highest the fewest are in reach: its stops do for all of them.
+    base = make_plan(replace(own[0], vehicle=own[-1].vehicle), hover) if altitude_step_m > 0 else single
+    found = _Crews(base, own, hover).planned()
+    starts = kept_apart(found, separation_m=separation_m, altitude_step_m=altitude_step_m)
+    alone = (single, *[None] * (count - 1))
+    if starts is None or starts.longest_s(found) > single.forecast.mission_s:
+        # Then one vehicle alone is done sooner than all of them in turn.
+        found, starts = alone, Starts((0.0,) * count, ())
+    return Fleet(single, _numbered(found, starts, scenario), (*starts.said, *_idle(found, scenario)))
+
+
+def _of_vehicle(scenario: Scenario, number: int, altitude_step_m: float) -> Scenario:
+    """Return the scenario as one vehicle has it: its home, its height, users in its plane."""
+    vehicle = replace(scenario.vehicle, altitude_m=scenario.vehicle.altitude_m + number * altitude_step_m)
+    if not scenario.vehicles:
+        return replace(scenario, vehicle=vehicle)
+    at = scenario.vehicles[number]
+    users = scenario.users
+    xy_m = LocalPlane(at.lat_deg, at.lon_deg).to_xy_m(users.lat_deg, users.lon_deg)
+    home = Home(lat_deg=at.lat_deg, lon_deg=at.lon_deg, alt_amsl_m=at.alt_amsl_m)
+    return replace(scenario, home=home, users=replace(users, xy_m=xy_m), vehicle=vehicle)
+
+
+class _Crews:
+    """Which users each vehicle serves, and the flights that come of it.
+
+    Parameters
+    ----------
+    base
+        A plan of one vehicle, whose stops are divided.
+    own
+        The scenario as each vehicle has it.
+    hover
+        What a stop is made of.
+    """
+
+    def __init__(self, base: Plan, own: Sequence[Scenario], hover: HoverStyle) -> None:
+        self._base, self._own, self._hover = base, own, hover
+        here = LocalPlane(own[0].home.lat_deg, own[0].home.lon_deg)
+        lat_deg, lon_deg = here.to_lat_lon_deg(base.trajectory.stops_m)
+        self._stops_m = [
+            LocalPlane(scenario.home.lat_deg, scenario.home.lon_deg).to_xy_m(lat_deg, lon_deg)
+            for scenario in own
+        ]
+        self._ways: list[Ways] = []
+        self._made: dict[tuple[int, tuple[int, ...]], Plan | None] = {}
+        self._users_of = self._by_stop()
+
+    def planned(self) -> tuple[Plan | None, ...]:
+        """Return a plan a vehicle, None for one that has nothing to do."""
+        stops_m = self._stops_m[0]
+        shared = all(scenario.home == self._own[0].home for scenario in self._own)
+        ways = [Ways(scenario, xy_m) for scenario, xy_m in zip(self._own, self._stops_m, strict=True)]
+        if shared and all(s.vehicle == self._own[0].vehicle for s in self._own):
+            ways = [ways[0]] * len(ways)
+        wanted = [stop for stop in range(len(stops_m)) if len(self._users_of[stop])]
+        bearing = np.arctan2(stops_m[:, 0], stops_m[:, 1])
+        self._ways = ways
+        orders = [wanted, sorted(wanted, key=lambda stop: float(bearing[stop]))]
+        parts = divide(ways, self._base.holds.stored_s.tolist(), orders)
+        parts = self._improved(parts)
+        return tuple(self._best(vehicle, part) for vehicle, part in enumerate(parts))
+
+    def _by_stop(self) -> list[list[int]]:
+        """Return the users that go with each stop: those it serves best, a pair with the stop of its first member."""
+        users, assignment = self._base.scenario.users, self._base.trajectory.assignment
+        found: list[list[int]] = [[] for _ in range(len(self._base.trajectory.stops_m))]
+        for user in range(len(users)):
+            mate = int(users.mate[user])
+            first = user if mate == UNPAIRED else min(user, mate)
+            found[int(assignment.stop[first])].append(user)
+        return found
+
+    def _improved(self, parts: list[list[int]]) -> list[list[int]]:
+        """Return the parts after moves of stops that make the longest of the real flights shorter."""
+        tried = 0
+        while tried < MOST_TRIALS:
+            seconds = [self._seconds(vehicle, part) for vehicle, part in enumerate(parts)]
+            longest = max(range(len(parts)), key=lambda v: seconds[v])
+            others = sorted((v for v in range(len(parts)) if v != longest), key=lambda v: seconds[v])
+            better = None
+            for other in others[:2]:
+                for stop in parts[longest]:
+                    tried += 1
+                    mine = [s for s in parts[longest] if s != stop]
+                    theirs = inserted(self._ways[other], parts[other], stop)
+                    pair = self._seconds(longest, mine), self._seconds(other, theirs)
+                    if max(pair) < seconds[longest] - 1e-6:
+                        better = other, mine, theirs
+                        break
+                if better or tried >= MOST_TRIALS:
+                    break
+            if better is None:
+                return parts
+            other, mine, theirs = better
+            parts = [mine if v == longest else theirs if v == other else part for v, part in enumerate(parts)]
+        return parts
+
+    def _seconds(self, vehicle: int, part: Sequence[int]) -> float:
+        plan = self._along(vehicle, part)
+        return 0.0 if not part else np.inf if plan is None else plan.forecast.mission_s
+
+    def _scenario(self, vehicle: int, part: Sequence[int]) -> Scenario:
+        scenario = self._own[vehicle]
+        kept = np.array(sorted(user for stop in part for user in self._users_of[stop]), dtype=np.int64)
+        matching = scenario.d2d.matching
+        return replace(
+            scenario,
+            users=scenario.users.some(kept, scenario.users.demand_bit),
+            d2d=replace(scenario.d2d, matching="given" if matching == "auto" else matching),
+            vehicles=(),
+            warnings=scenario.warnings if vehicle == 0 else (),
+        )
+
+    def _along(self, vehicle: int, part: Sequence[int]) -> Plan | None:
+        """Return the flight over the stops as they are; None where they do not reach everybody from its height."""
+        key = vehicle, tuple(part)
+        if key not in self._made:
+            self._made[key] = self._planned_along(vehicle, part) if part else None
+        return self._made[key]
+
+    def _planned_along(self, vehicle: int, part: Sequence[int]) -> Plan | None:
+        scenario = self._scenario(vehicle, part)
+        stops_m: Floats = self._stops_m[vehicle][list(part)]
+        path = from_origin(stops_m)
+        channel = planning_channel(scenario)
+        served = assign(scenario.users, stops_m, channel, d2d=True)
+        if not served.served.all():
+            return None
+        flown = replace(
+            self._base.trajectory,
+            path_m=path,
+            stop_at=np.arange(1, len(path)),
+            reference_m=np.empty((0, 2)),
+            assignment=served,
+            radius_m=channel.radius_m,
+            notes=(),
+            bound=None,
+        )
+        try:
+            return plan_along(scenario, flown, self._hover)
+        except InputError:
+            return None
+
+    def _best(self, vehicle: int, part: Sequence[int]) -> Plan | None:
+        """Return the shorter of the flight over the stops as they are and the one that the planner makes anew."""
+        if not part:
+            return None
+        along = self._along(vehicle, part)
+        try:
+            anew = make_plan(self._scenario(vehicle, part), self._hover)
+        except InputError:
+            if along is None:
+                raise
+            return along
+        if along is None or anew.forecast.mission_s <= along.forecast.mission_s:
+            return anew
+        return along
+
+
+def _numbered(found: Sequence[Plan | None], starts: Starts, scenario: Scenario) -> tuple[Plan, ...]:
+    """Return the flights with numbers, names and starts."""
+    flying = [vehicle for vehicle, plan in enumerate(found) if plan is not None]
+    plans = []
+    for number, vehicle in enumerate(flying, start=1):
+        plan, at = found[vehicle], _named(scenario, vehicle)
+        assert plan is not None
+        part = Part(
+            "vehicle",
+            number,
+            len(flying),
+            "" if at is None else at.name,
+            None if at is None else at.system,
+            starts.start_s[vehicle],
+        )
+        plans.append(replace(plan, part=part))
+    return tuple(plans)
+
+
+def _idle(found: Sequence[Plan | None], scenario: Scenario) -> tuple[Problem, ...]:
+    idle = [vehicle for vehicle, plan in enumerate(found) if plan is None]
+    if not idle:
+        return ()
+    named = [_named(scenario, vehicle) for vehicle in idle]
+    names = ", ".join(str(v + 1) if at is None else at.name for v, at in zip(idle, named, strict=True))
+    message = "stays on the ground: the others are done no later without it"
+    return (Problem(f"vehicle {names}", message, "idle-vehicle", "warning"),)
+
+
+def _named(scenario: Scenario, vehicle: int) -> FleetVehicle | None:
+    return scenario.vehicles[vehicle] if scenario.vehicles else None
+
+
+def _start_s(plan: Plan) -> float:
+    return 0.0 if plan.part is None else plan.part.start_s
