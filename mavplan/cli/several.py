@@ -16,12 +16,13 @@ from mavplan.cli.console import (
     printable,
     progress,
     say_problems,
+    stopwatch,
     tell,
     tell_written,
 )
 from mavplan.cli.outputs import prepared
 from mavplan.cli.streams import is_stdout
-from mavplan.cli.tables import print_items, print_plan, stopwatch
+from mavplan.cli.tables import print_items, print_plan
 from mavplan.errors import InputError, Problem
 from mavplan.formats.atomic import write_all
 from mavplan.plan import Plan
