@@ -66,6 +66,7 @@ def compare(scenario: Scenario, progress: Callable[[int, int], None] | None = No
     tell = _in_parts(progress, len(names) + 2)
     plans: list[Plan] = []
     for done, name in enumerate(names):
+        tell(done)(0, 1)
         options = dataclasses.replace(scenario.planner, name=name)
         plans.append(make_plan(dataclasses.replace(scenario, planner=options), progress=tell(done)))
     radius_m = plans[0].trajectory.radius_m
