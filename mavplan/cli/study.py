@@ -127,7 +127,8 @@ def study_command(
     say_problems(warnings)
     lines = summarise(rows)
     written = write_outputs(folder, settings, rows, lines, parquet=parquet, pictures=pictures)
-    print_summary(lines)
+    if lines:
+        print_summary(lines)
     tell_written(written)
     found = {
         "folder": str(folder),
