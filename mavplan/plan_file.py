@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mavplan.bounds import Bound
+from mavplan.bounds import Bound, Progress
 from mavplan.plan import Plan
 from mavplan.plan_forecast import forecast_object
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
@@ -104,10 +104,13 @@ def _users(plan: Plan) -> list[dict[str, Any]]:
     return found
 
 
-def document(plan: Plan) -> dict[str, Any]:
-    """Return what ``X.mavplan.json`` holds; item indices count from 0 over the items without home."""
+def document(plan: Plan, progress: Progress | None = None) -> dict[str, Any]:
+    """Return what ``X.mavplan.json`` holds; item indices count from 0 over the items without home.
+
+    A proof of its bound may take seconds, of which ``progress`` tells what is done and what there is to do.
+    """
     names, bound = plan.scenario.users.names, plan.trajectory.bound
-    certificate = None if bound is None or bound.certificate is None else bound.certificate()
+    certificate = None if bound is None or bound.certificate is None else bound.certificate(progress)
     return {
         "format": "mavplan",
         "version": VERSION,
@@ -141,9 +144,9 @@ def _ground(plan: Plan, terrain: Terrain) -> list[dict[str, Any]]:
     ]
 
 
-def dumps(plan: Plan) -> str:
-    """Return the text of ``X.mavplan.json``."""
-    return json.dumps(document(plan), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+def dumps(plan: Plan, progress: Progress | None = None) -> str:
+    """Return the text of ``X.mavplan.json``; ``progress`` as in `document`."""
+    return json.dumps(document(plan, progress), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def sections(scenario: Scenario) -> dict[str, dict[str, Any]]:

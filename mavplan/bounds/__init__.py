@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+Progress = Callable[[int, int], None]
 Objective = Literal["path_m", "tour_m", "mission_s"]
 """Length of the way from home to the last stop; of that and the way back home; mission time."""
 
@@ -25,13 +26,14 @@ class Bound:
     plan, bound
         That of the plan, and the bound; both before rounding.
     certificate
-        Function that gives the proof as an object for JSON; None where there is none.
+        Function that gives the proof as an object for JSON, and tells what is done and what there is to do; None where
+        there is no proof.
     """
 
     objective: Objective
     plan: float
     bound: float
-    certificate: Callable[[], dict[str, Any]] | None = None
+    certificate: Callable[[Progress | None], dict[str, Any]] | None = None
 
     @property
     def gap(self) -> float:

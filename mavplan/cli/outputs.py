@@ -4,6 +4,7 @@ import functools
 from collections.abc import Sequence
 from pathlib import Path
 
+from mavplan.bounds import Progress
 from mavplan.cli.streams import STEM, is_stdout, write_outputs_of
 from mavplan.errors import InputError, Problem
 from mavplan.figures.files import PICTURES, check_picture, draw_plan
@@ -38,23 +39,27 @@ def check_suffixes(paths: Sequence[Path], known: Sequence[str]) -> None:
         raise InputError(problems)
 
 
-def write_outputs(plan: Plan, paths: Sequence[Path]) -> tuple[list[Path], list[Problem]]:
-    """Write each file, and the plan itself beside each mission file.
+def write_outputs(
+    plan: Plan, paths: Sequence[Path], progress: Progress | None = None
+) -> tuple[list[Path], list[Problem]]:
+    """Write each file, and the plan itself beside each mission file; ``progress`` tells of a proof in it.
 
     Returns
     -------
     The files in the order in which they were asked for, and warnings of the formats.
     """
-    contents, warnings = prepared(plan, paths)
+    contents, warnings = prepared(plan, paths, progress)
     write_outputs_of(contents.items())
     return [path for path in contents if not is_stdout(path)], warnings
 
 
-def prepared(plan: Plan, paths: Sequence[Path]) -> tuple[dict[Path, str | bytes], list[Problem]]:
+def prepared(
+    plan: Plan, paths: Sequence[Path], progress: Progress | None = None
+) -> tuple[dict[Path, str | bytes], list[Problem]]:
     """Return what each file will hold, the plan itself beside each mission file too, and warnings of the formats."""
     contents: dict[Path, str | bytes] = {}
     warnings: list[Problem] = []
-    plan_text = functools.cache(lambda: dumps(plan))  # a proof in it takes a while
+    plan_text = functools.cache(lambda: dumps(plan, progress))  # a proof in it takes a while
     for path in paths:
         if path.suffix.lower() in PICTURES:
             contents[path] = draw_plan(plan, path)

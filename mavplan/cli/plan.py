@@ -176,8 +176,8 @@ def plan_command(
         return
     with progress("planning") as move:
         made = make_plan(loaded, hover, move)  # type: ignore[arg-type]
-    with progress("writing"):
-        written, warnings = write_outputs(made, outputs)
+    with progress("writing") as move:
+        written, warnings = write_outputs(made, outputs, move)
     say_problems([*made.warnings, *warnings])
     print_plan(made)
     if items:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mavplan.bounds import Bound
+from mavplan.bounds import Bound, Progress
 from mavplan.bounds.path import proved_length_m, to_json
 from mavplan.errors import Problem
 from mavplan.planners.limits import Limits
@@ -55,9 +55,11 @@ def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     )
 
 
-def _certificate(found: PathBound, users: Users, radius_m: float) -> dict[str, Any]:
+def _certificate(
+    found: PathBound, users: Users, radius_m: float, progress: Progress | None = None
+) -> dict[str, Any]:
     """Return the proof for the plan's file, with what it proves: where it would be too long, less than is known."""
-    certificate = path_certificate(found, users.xy_m, users.mate)
+    certificate = path_certificate(found, users.xy_m, users.mate, progress=progress)
     proved_m = proved_length_m(certificate, users.xy_m, users.mate, radius_m)
     return {**to_json(certificate), "bound": math.floor(proved_m * 1e3) / 1e3}
 

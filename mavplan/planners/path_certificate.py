@@ -4,8 +4,9 @@ What the search pruned is solved once more, each sequence made as short as the b
 sequences that contain its own. Where a search was cut off with too much to write down, the proof is of a smaller bound.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from mavplan.planners.path_search import PRUNED, Node, Sequence
 from mavplan.planners.touring import dual_bound_m, tour_discs
 from mavplan.scenario.model import UNPAIRED, Floats, Ints
 
-MOST_CASES = 8_000
-"""Sequences to be proved by leaves; one takes about a tenth of a millisecond and fewer than 50 bytes."""
+Progress = Callable[[int, int], None]
+
+MOST_CASES = 30_000
+"""Sequences to be proved by leaves: some five seconds, and a megabyte or two."""
 
 AT_ONCE = 256
 """Sequences that are made short together, before it is seen which others their leaves serve."""
@@ -36,7 +39,11 @@ DIGITS = (4, 6, 9, 12)
 
 
 def path_certificate(
-    found: PathBound, users_xy_m: Floats, mate: Ints, most_cases: int = MOST_CASES
+    found: PathBound,
+    users_xy_m: Floats,
+    mate: Ints,
+    most_cases: int = MOST_CASES,
+    progress: Progress | None = None,
 ) -> PathCertificate:
     """Return a proof of the bound that was found, or of a smaller one where that would take too many cases.
 
@@ -44,6 +51,10 @@ def path_certificate(
     ----------
     users_xy_m, mate
         (N, 2) users in metres from home and (N,) their mates or `UNPAIRED`, as they were searched for.
+    most_cases
+        Sequences that a proof may have to prove by leaves.
+    progress
+        Called with the cases done and their number.
     """
     problem, nodes = found.problem, found.nodes
     if not nodes:
@@ -56,7 +67,7 @@ def path_certificate(
     names = _Names(problem, users_xy_m, mate)
     cases = {case.sequence for index in kept for case in _cases(problem, nodes, index) if case.node not in at}
     leaves = _Leaves(problem, bound_m)
-    leaves.prove(sorted(cases, key=lambda sequence: (len(sequence), sequence)))
+    leaves.prove(sorted(cases, key=lambda sequence: (len(sequence), sequence)), progress)
     branches = []
     for index in kept:
         children = []
@@ -165,29 +176,36 @@ class _Leaves:
         self._problem, self._bound_m = problem, bound_m
         self._cutoff_m = bound_m * (1.0 + SPARE)
         self._sequences: list[Sequence] = []
-        # Their places, a row each, filled up with a place that does not exist.
-        self._nowhere = len(problem.required.places_m)
-        self._rows: Ints = np.empty((0, 1), dtype=np.int64)
+        self._beginnings: dict[int, Any] = {}
 
-    def prove(self, cases: list[Sequence]) -> None:
+    def prove(self, cases: list[Sequence], progress: Progress | None) -> None:
         """Make leaves until each case contains one."""
-        while cases:
-            made = len(self._sequences)
-            for sequence in self._shortened(cases[:AT_ONCE]):
-                if self.find(sequence, made) is None:
-                    self._append(sequence)
-            cases = [case for case in cases[AT_ONCE:] if self.find(case, made) is None]
+        open_: list[Sequence] = []
+        for number, case in enumerate(cases, start=1):
+            if self.find(case) is None:
+                open_.append(case)
+            if len(open_) == AT_ONCE or number == len(cases):
+                for sequence in self._shortened(open_):
+                    if self.find(sequence) is None:
+                        self._append(sequence)
+                open_ = []
+                if progress is not None:
+                    progress(number, len(cases))
 
-    def find(self, case: Sequence, first: int = 0) -> int | None:
-        """Return a leaf from ``first`` on that a case contains."""
-        at = np.full(self._nowhere + 1, -1)
-        at[list(case)] = np.arange(len(case))
-        at[self._nowhere] = len(case)
-        found = self._in_order(at, first)
+    def find(self, case: Sequence) -> int | None:
+        """Return a leaf that a case contains."""
+        found = _part_of(case, 0, self._beginnings)
         if found is None and self._problem.returns:
-            at[list(case)] = np.arange(len(case))[::-1]
-            found = self._in_order(at, first)
+            found = _part_of(case[::-1], 0, self._beginnings)
         return found
+
+    def _append(self, sequence: Sequence) -> None:
+        """Take in a leaf: its places lead from the table of first places to one of second places and so on to it."""
+        here = self._beginnings
+        for place in sequence[:-1]:
+            here = here.setdefault(place, {})
+        here[sequence[-1]] = len(self._sequences)
+        self._sequences.append(sequence)
 
     def found(self) -> Iterator[tuple[Sequence, Floats]]:
         """Yield each leaf with vectors that prove it, rounded to few decimals."""
@@ -197,20 +215,6 @@ class _Leaves:
                 if self._bound_of(sequence, rounded) >= self._bound_m:
                     break
             yield sequence, rounded
-
-    def _in_order(self, at: Ints, first: int) -> int | None:
-        """Return a leaf whose places come one after the other, where ``at`` says when each comes, or −1 for never."""
-        when = at[self._rows[first:]]
-        fits = (when[:, 0] >= 0) & (when[:, 1:] >= when[:, :-1]).all(axis=1)
-        return int(fits.argmax()) + first if fits.any() else None
-
-    def _append(self, sequence: Sequence) -> None:
-        width = max(self._rows.shape[1], len(sequence))
-        rows = np.full((len(self._rows) + 1, width), self._nowhere)
-        rows[:-1, : self._rows.shape[1]] = self._rows
-        rows[-1, : len(sequence)] = sequence
-        self._rows = rows
-        self._sequences.append(sequence)
 
     def _shortened(self, cases: list[Sequence]) -> list[Sequence]:
         """Return for each case a part of it that has the bound, short ones first."""
@@ -282,3 +286,14 @@ def _rounded(duals: Floats, digits: int) -> Floats:
     full = length > 1.0 - 5.0 * unit
     found: Floats = np.rint(np.where(full, duals / length * (1.0 + unit), duals) / unit) / 10.0**digits
     return found
+
+
+def _part_of(case: Sequence, first: int, tables: dict[int, Any]) -> int | None:
+    """Return a leaf whose places, from those tables on, come one after the other in the case from ``first`` on."""
+    for at in range(first, len(case)):
+        onward = tables.get(case[at])
+        if isinstance(onward, dict):
+            onward = _part_of(case, at + 1, onward)
+        if onward is not None:
+            return int(onward)
+    return None

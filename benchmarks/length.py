@@ -1,0 +1,135 @@
+"""The shortest path beside TLOAIK's, and how long its proof takes: ``python -m benchmarks.length [SEEDS [LIMIT_S]]``.
+
+Users HPPP over 2 km × 2 km, mean 16 and 60, home at a corner; R 300 m from 100 m, threshold 0 dB, no D2D, end "stay".
+TLOAIK with the best of its K: 3, 5, 7 for 16 users and 8, 12, 16 for 60.
+"""
+
+import sys
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.timing import show
+from mavplan.bounds.path import proved_length_m
+from mavplan.hppp import SIDE_M, draw_users
+from mavplan.planners.length import length
+from mavplan.planners.limits import Limits
+from mavplan.planners.one_thread import one_thread
+from mavplan.planners.path_bound import path_lower_bound
+from mavplan.planners.path_certificate import path_certificate
+from mavplan.planners.setting import Setting
+from mavplan.planners.tloaik import tloaik
+from mavplan.radio import Channel
+from mavplan.scenario import D2D, Radio, Users
+
+DENSITIES = {16: (3, 5, 7), 60: (8, 12, 16)}
+"""Mean number of users, and TLOAIK's numbers of clusters."""
+
+LIMIT_S = 30.0
+SEEDS = 20
+RADIUS_M, ALTITUDE_M = 300.0, 100.0
+
+
+def regime_channel() -> Channel:
+    """Return a channel of threshold 0 dB that covers 300 m from 100 m."""
+    link_db = 10.0 * np.log10(RADIUS_M**2 + ALTITUDE_M**2)
+    radio = Radio(
+        tx_power_dbm=20.0,
+        ref_gain_db=-50.0,
+        noise_dbm=-30.0 - link_db,
+        path_loss_exponent=2.0,
+        snr_threshold_db=0.0,
+        bandwidth_hz=1e6,
+    )
+    return Channel(radio, ALTITUDE_M, D2D(matching="none"))
+
+
+def regime_users(mean: int, seed: int) -> Users:
+    """Return a draw of users, positions in metres alone."""
+    xy_m, mate = draw_users(mean, SIDE_M, seed=seed)
+    nowhere = np.zeros(len(xy_m))
+    return Users(tuple(map(str, range(len(xy_m)))), nowhere, nowhere, xy_m, nowhere, mate)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One draw: lengths, the gap left, seconds of search and proof, size and strength of the certificate."""
+
+    length_m: float
+    ratio: float
+    gap: float
+    seconds: float
+    proof_s: float
+    leaves: int
+    certified: float
+
+
+@one_thread()
+def measure(mean: int, seed: int, limit_s: float) -> Outcome:
+    channel, users = regime_channel(), regime_users(mean, seed)
+    best_m = min(
+        tloaik(users, channel, Setting(clusters, np.random.default_rng([seed, clusters]))).length_m
+        for clusters in DENSITIES[mean]
+    )
+    begin = time.perf_counter()
+    found = length(users, channel, Setting(0, np.random.default_rng(seed), limits=Limits(limit_s)))
+    seconds = time.perf_counter() - begin
+    bound = found.bound
+    assert bound is not None
+    assert bound.bound <= found.length_m <= best_m * (1 + 1e-9), (
+        "longer than the paper's planner, or below its bound"
+    )
+    again = path_lower_bound(
+        users.xy_m, channel.radius_m, closed=False, mate=users.mate, time_limit_s=limit_s
+    )
+    begin = time.perf_counter()
+    certificate = path_certificate(again, users.xy_m, users.mate)
+    proof_s = time.perf_counter() - begin
+    proved_m = proved_length_m(certificate, users.xy_m, users.mate, channel.radius_m)
+    return Outcome(
+        length_m=found.length_m,
+        ratio=found.length_m / best_m if best_m else 1.0,
+        gap=bound.gap,
+        seconds=seconds,
+        proof_s=proof_s,
+        leaves=len(certificate.leaves),
+        certified=proved_m / found.length_m if found.length_m else 1.0,
+    )
+
+
+def main(seeds: int = SEEDS, limit_s: float = LIMIT_S) -> None:
+    rows, ratios = [], []
+    for mean in DENSITIES:
+        found = [measure(mean, seed, limit_s) for seed in range(seeds)]
+        seconds = np.array([one.seconds for one in found])
+        proved = np.array([one.gap <= 2e-6 for one in found])
+        ratios.append(np.mean([one.ratio for one in found]))
+        wanted_s = 1.0 if mean == 16 else 30.0
+        in_time = float((proved & (seconds <= wanted_s)).mean())
+        certified = [one.certified for one in found]
+        rows += [
+            (f"{mean} users, path / TLOAIK's", f"{ratios[-1]:.3f}", f"mean of {seeds} seeds"),
+            (
+                f"{mean} users, proved within {wanted_s:g} s",
+                f"{in_time:.0%}",
+                "wanted: 100 %" if mean == 16 else "wanted: 90 %",
+            ),
+            (
+                f"{mean} users, seconds",
+                f"{np.median(seconds):.2f} s",
+                f"median; 90 % within {np.quantile(seconds, 0.9):.2f} s, the longest {seconds.max():.2f} s",
+            ),
+            (
+                f"{mean} users, certificate",
+                f"{np.median([one.leaves for one in found]):.0f} leaves",
+                f"median; at most {max(one.leaves for one in found)}, made in {max(one.proof_s for one in found):.1f} s "
+                f"or less; proves {min(certified):.6f} of the length or more",
+            ),
+        ]
+    rows.append(("both, path / TLOAIK's", f"{np.mean(ratios):.3f}", "wanted: at most 0.84"))
+    show(f"the shortest path, {seeds} seeds", rows)
+
+
+if __name__ == "__main__":
+    main(*(kind(word) for kind, word in zip((int, float), sys.argv[1:], strict=False)))
