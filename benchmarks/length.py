@@ -123,7 +123,7 @@ def main(seeds: int = SEEDS, limit_s: float = LIMIT_S) -> None:
             (
                 f"{mean} users, certificate",
                 f"{np.median([one.leaves for one in found]):.0f} leaves",
-                f"median; at most {max(one.leaves for one in found)}, made in {max(one.proof_s for one in found):.1f} s "
+                f"median; at most {max(one.leaves for one in found)}, in {max(one.proof_s for one in found):.1f} s "
                 f"or less; proves {min(certified):.6f} of the length or more",
             ),
         ]

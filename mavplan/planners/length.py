@@ -32,7 +32,7 @@ def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     Where the mission returns, the way back counts. Stops stand on that path, as few as do.
     """
     problem = path_problem(users.xy_m, channel.radius_m, returns=setting.returns, mate=users.mate)
-    found = shortest_path(problem.without_met(), setting.limits, setting.whole_progress)
+    found = shortest_path(problem.without_met(), setting.limits, setting.rng, setting.whole_progress)
     stops = stops_on_path(users, channel, problem.path_m(found.path.points_m))
     path = from_origin(stops)
     way_m = path_length_m(np.vstack([path, ORIGIN_M]) if setting.returns else path)

@@ -28,13 +28,12 @@ class Limits:
         """Seconds since this was made."""
         return time.monotonic() - self._begin_s
 
-    @property
-    def share(self) -> float:
-        """Share of the seconds that is used up, 0 without such a limit."""
-        if self.seconds is None:
-            return 0.0
-        return min(self.elapsed_s / self.seconds, 1.0) if self.seconds > 0 else 1.0
+    def used(self, nodes: int) -> float:
+        """Return the share of the limits that is used up with so many nodes: 1 when a search has to end."""
+        by_clock = 0.0 if self.seconds is None else _share(self.elapsed_s, self.seconds)
+        by_nodes = 0.0 if self.nodes is None else _share(nodes, self.nodes)
+        return max(by_clock, by_nodes)
 
-    def reached(self, nodes: int) -> bool:
-        """Return whether a search with so many nodes has to end."""
-        return (self.nodes is not None and nodes >= self.nodes) or self.share >= 1.0
+
+def _share(used: float, limit: float) -> float:
+    return min(used / limit, 1.0) if limit > 0 else 1.0

@@ -14,7 +14,7 @@ from mavplan.bounds.path import Branch, Leaf, PathCertificate
 from mavplan.planners.path_bound import PathBound
 from mavplan.planners.path_problem import PathProblem
 from mavplan.planners.path_search import PRUNED, Node, Sequence
-from mavplan.planners.touring import dual_bound_m, tour_discs
+from mavplan.planners.touring import dual_bound_m, tour_discs, turns_of
 from mavplan.scenario.model import UNPAIRED, Floats, Ints
 
 Progress = Callable[[int, int], None]
@@ -220,9 +220,7 @@ class _Leaves:
         """Return for each case a part of it that has the bound, short ones first."""
         parts, light = [], []
         for case, duals in zip(cases, self._solve(cases)[1], strict=True):
-            turns = duals[: len(case)].copy()
-            turns[: len(duals) - 1] -= duals[1:]
-            weights = np.linalg.norm(turns, axis=1)
+            weights = np.linalg.norm(turns_of(duals, len(case)), axis=1)
             part = self._without_light(case, duals, weights)
             parts.append(part)
             light.append([case[at] for at in np.argsort(weights, kind="stable") if case[at] in part][:TRIED])

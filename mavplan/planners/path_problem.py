@@ -66,6 +66,12 @@ class PathProblem:
         nearest: Floats = away[:, self.required.choices].min(axis=2)
         return nearest
 
+    def part_away_m(self, requirements: Ints, points_m: Floats) -> Floats:
+        """Return how far these requirements are from the path through points (K, 2)."""
+        part = PathProblem(self.required.part(requirements), self.radius_m, self.start_m, self.end_m)
+        away: Floats = part.away_m(points_m[None])[0]
+        return away
+
     def unmet(self, away_m: Floats) -> Bools:
         """Return which of these distances leave a requirement unmet."""
         return np.greater(away_m, self.radius_m + COVER_SLACK_M)

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mavplan.planners.path_problem import FoundPath, PathProblem
-from mavplan.planners.touring import Tours, dual_bound_m, tour_discs
+from mavplan.planners.touring import Tours, dual_bound_m, tour_discs, turns_of
 from mavplan.scenario.model import Bools, Floats, Ints
 
 GAP = 1e-6
@@ -122,9 +122,9 @@ class PathSearch:
         """Whether the best path is the shortest."""
         return self.best is not None and self.bound_m >= self.cutoff_m
 
-    def run(self, keep_going: Callable[["PathSearch"], bool]) -> None:
+    def run(self, keep_going: Callable[[], bool]) -> None:
         """Search until nothing is left to be searched, or ``keep_going``, asked before each batch, returns False."""
-        while keep_going(self):
+        while keep_going():
             chosen = self._choose()
             if not chosen:
                 return
@@ -229,9 +229,7 @@ class PathSearch:
     def _shorter(self, child: "_Child", points_m: Floats, duals: Floats) -> Node | None:
         """Return a node without the discs that the dual does not need; None where that would lose bound or reach."""
         discs = len(points_m)
-        turns = duals[:discs].copy()
-        turns[: len(duals) - 1] -= duals[1:]
-        kept = np.flatnonzero(np.hypot(turns[:, 0], turns[:, 1]) > NEEDLESS)
+        kept = np.flatnonzero(np.linalg.norm(turns_of(duals, discs), axis=1) > NEEDLESS)
         if len(kept) in (0, discs):
             return None
         problem = self.problem

@@ -125,13 +125,18 @@ def tour_discs(
     )
 
 
+def turns_of(duals: Floats, discs: int) -> Floats:
+    """Return (K, 2) the u_i − u_{i+1} of K discs; their lengths are the multipliers of the discs."""
+    turns = duals[:discs].copy()
+    turns[: len(duals) - 1] -= duals[1:]
+    return turns
+
+
 def dual_bound_m(
     centres_m: Floats, radius_m: float, start_m: Floats, end_m: Floats | None, duals: Floats
 ) -> float:
     """Return the lower bound that unit-ball vectors (L, 2) prove for one sequence of discs (K, 2)."""
-    discs = len(centres_m)
-    turns = duals[:discs].copy()
-    turns[: len(duals) - 1] -= duals[1:]
+    turns = turns_of(duals, len(centres_m))
     reach_m = radius_m + REACH_TOLERANCE_M
     bound = float((turns * centres_m).sum() - reach_m * np.linalg.norm(turns, axis=1).sum())
     bound -= float(duals[0] @ start_m)
