@@ -73,7 +73,9 @@ def fly_sorties(
             f"{lost / value if value else 0:.0%} of the weighted demand"
         )
     tell_written(written)
-    answer(_answer(made.plans, suffixes, outputs, made.not_served))
+    answer(
+        _answer(made.plans, suffixes, outputs, made.not_served) | {"written": [str(path) for path in written]}
+    )
 
 
 def fly_fleet(
@@ -115,7 +117,7 @@ def fly_fleet(
     )
     _print_items(made.plans, suffixes, items=items)
     tell_written(written)
-    answer(_answer(made.plans, suffixes, outputs, ()))
+    answer(_answer(made.plans, suffixes, outputs, ()) | {"written": [str(path) for path in written]})
 
 
 def print_flights(kind: str, plans: Sequence[Plan], files: Sequence[Path]) -> None:

@@ -1,6 +1,7 @@
 """Checks beyond single values: a planner exists, an altitude leaves a coverage radius, users are within reach."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from mavplan.geo import geodesic_distance_m
 from mavplan.radio import coverage_radius_m, highest_altitude_m, planning_error_m, planning_radio
 from mavplan.scenario.model import UNPAIRED
 from mavplan.scenario.report import Report, figure, listed, nearest, shown
-from mavplan.scenario.sections import D2D, Home, PlannerOptions, Radio, Service, Vehicle, Wind
+from mavplan.scenario.sections import D2D, FleetVehicle, Home, PlannerOptions, Radio, Service, Vehicle, Wind
 from mavplan.scenario.users import FileUsers
 
 LEAST_WAY_M_S = 1.0
@@ -76,10 +77,17 @@ def check_wind(wind: Wind, vehicle: Vehicle, label: str, report: Report) -> None
         report.error(f"{label}, [wind] speed_m_s", message, "wind")
 
 
-def check_distances(users: FileUsers, home: Home, reach: "Reach | None", report: Report) -> None:
+def check_distances(
+    users: FileUsers,
+    home: Home,
+    reach: "Reach | None",
+    report: Report,
+    vehicles: Sequence[FleetVehicle] = (),
+) -> None:
     """Note users too far from home: more than `MAX_DISTANCE_M`, or more than the endurance reaches.
 
     A user with a mate is within reach if either is: the other is then served through D2D.
+    The endurance reaches from the nearest of the homes of ``vehicles`` too.
     """
     far_m = _distance_m(users.lat_deg, users.lon_deg, home)
     for i in np.flatnonzero(far_m > MAX_DISTANCE_M):
@@ -90,10 +98,14 @@ def check_distances(users: FileUsers, home: Home, reach: "Reach | None", report:
         report.error(users.places[i], message, "too-far")
     if reach is None:
         return
-    mate_m = np.where(users.mate == UNPAIRED, np.inf, far_m[users.mate])
-    beyond = (np.fmin(far_m, mate_m) > reach.distance_m) & (far_m <= MAX_DISTANCE_M)
+    near_m = far_m
+    for other in vehicles:
+        near_m = np.fmin(near_m, _distance_m(users.lat_deg, users.lon_deg, other))
+    mate_m = np.where(users.mate == UNPAIRED, np.inf, near_m[users.mate])
+    beyond = (np.fmin(near_m, mate_m) > reach.distance_m) & (far_m <= MAX_DISTANCE_M)
     for i in np.flatnonzero(beyond):
-        message = f"{users.names[i]} is {far_m[i]:,.0f} m from home; {reach.reason}"
+        nearest = "the nearest home" if len(vehicles) else "home"
+        message = f"{users.names[i]} is {near_m[i]:,.0f} m from {nearest}; {reach.reason}"
         report.error(users.places[i], message, "beyond-endurance")
 
 
@@ -131,7 +143,7 @@ def reach_of(vehicle: Vehicle, radio: Radio, d2d: D2D, service: Service) -> Reac
 
 
 def _distance_m(
-    lat_deg: NDArray[np.float64], lon_deg: NDArray[np.float64], home: Home
+    lat_deg: NDArray[np.float64], lon_deg: NDArray[np.float64], home: Home | FleetVehicle
 ) -> NDArray[np.float64]:
     """Return distances from home, NaN for users whose position has a problem."""
     distance_m = np.full(lat_deg.shape, np.nan)

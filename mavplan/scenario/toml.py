@@ -124,7 +124,7 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
             if sections.sound("radio", "vehicle", "service")
             else None
         )
-        check_distances(users, sections.home, reach, report)
+        check_distances(users, sections.home, reach, report, things.vehicles)
     report.raise_errors()
     if users is None or sections.home is None:
         raise AssertionError("a scenario without users or home left no problem")

@@ -66,3 +66,14 @@ def test_a_priority_out_of_range_names_its_row(tmp_path, weight):
     (problem,) = raised.value.problems
     assert "line 2" in problem.where
     assert "priority" in problem.where
+
+
+def test_the_endurance_reaches_from_every_vehicles_home(tmp_path):
+    far = "name,lat_deg,lon_deg\na,46.5,7.5\nb,46.7,7.51\n"
+    endurance = "[vehicle]\nendurance_s = 600.0\n"
+    assert load(tmp_path, endurance + entry("north", lat_deg=46.7), far).vehicles
+    with pytest.raises(InputError) as raised:
+        load(tmp_path, endurance + entry("south"), far)
+    (problem,) = raised.value.problems
+    assert problem.code == "beyond-endurance"
+    assert "nearest home" in problem.message
