@@ -185,8 +185,7 @@ def plan_along(
     if scenario.terrain is not None:
         over = fly_over(trajectory, scenario, scenario.terrain, back_m, plane)
     if over is not None:
-        bound = _of_path(trajectory.bound, over.trajectory.path_m, over.back_m)
-        trajectory, back_m = replace(over.trajectory, bound=bound), over.back_m
+        trajectory, back_m = _without_bound(over.trajectory), over.back_m
     if stored_holds is None:
         holds = hold_times(scenario, trajectory, rules, None if over is None else over.links.rates_bit_s_hz)
     else:
@@ -230,6 +229,15 @@ def _round_zones(
     notes = (*trajectory.notes, *straight_returns(found.trajectory, out))
     bound = _of_path(trajectory.bound, found.trajectory.path_m, found.back_m)
     return replace(found.trajectory, notes=notes, bound=bound), found.back_m
+
+
+def _without_bound(trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory over real ground: who stands higher is reached from farther away than bounds allow for."""
+    if trajectory.bound is None:
+        return trajectory
+    message = "bounds hold for flat ground only: none is given"
+    note = Problem("[terrain] file", message, "no-bound", "warning")
+    return replace(trajectory, bound=None, notes=(*trajectory.notes, note))
 
 
 def _of_path(bound: Bound | None, path_m: Floats, back_m: Floats | None) -> Bound | None:

@@ -32,7 +32,9 @@ def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     Where the mission returns, the way back counts. Stops stand on that path, as few as do.
     """
     problem = path_problem(users.xy_m, channel.radius_m, returns=setting.returns, mate=users.mate)
-    found = shortest_path(problem.without_met(), setting.limits, setting.rng, setting.whole_progress)
+    found = shortest_path(
+        problem.without_met(), setting.limits, setting.rng, lambda _bound_m, _length_m: setting.tell_limits()
+    )
     stops = stops_on_path(users, channel, problem.path_m(found.path.points_m))
     path = from_origin(stops)
     way_m = path_length_m(np.vstack([path, ORIGIN_M]) if setting.returns else path)
@@ -69,7 +71,7 @@ def _notes(found: PathBound, limits: Limits) -> tuple[Problem, ...]:
     if found.proved or limits.seconds is None:
         return ()
     message = (
-        f"the search for the shortest path was cut off after {limits.seconds:g} s, {found.gap:.2%} above what is "
-        "proved: another run may find another path"
+        f"the search for the shortest path was cut off after {limits.seconds:g} s, {found.gap:.2%} of the length "
+        "above what is proved: another run may find another path"
     )
     return (Problem("[planner] time_limit_s", message, "not-proved", "warning"),)

@@ -11,6 +11,9 @@ from mavplan.scenario.sections import Solver
 NODES = 20_000
 """Nodes of a search where nobody says otherwise; some ten seconds."""
 
+PARTS = 1000
+"""Of the time limit, in which progress is told."""
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -39,7 +42,7 @@ class Setting:
     limits: Limits = field(default_factory=lambda: Limits(nodes=NODES))
     progress: Callable[[int, int], None] | None = None
 
-    def whole_progress(self, done: float, todo: float) -> None:
-        """Tell progress in whole numbers."""
+    def tell_limits(self) -> None:
+        """Tell how much of the time limit is used up: a search ends with it at the latest."""
         if self.progress is not None:
-            self.progress(int(done), int(todo))
+            self.progress(round(PARTS * self.limits.used(0)), PARTS)

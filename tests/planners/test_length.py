@@ -8,6 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavplan.bounds import Bound
+from mavplan.geo import LocalPlane
+from mavplan.mission.geofence import Fence, FenceCircle
+from mavplan.plan import make_plan
 from mavplan.planners import PLANNERS, plan_trajectory
 from mavplan.planners.length import length
 from mavplan.planners.limits import Limits
@@ -126,3 +129,15 @@ def test_a_gap_is_relative_to_the_plan():
     assert Bound("path_m", 0.0, 0.0).gap == 0.0
     assert not Bound("path_m", 200.0, 199.9).proved
     assert dataclasses.replace(Bound("path_m", 200.0, 199.9), plan=199.9).proved
+
+
+def test_round_a_no_fly_zone_the_plan_is_longer_and_its_bound_the_same():
+    scenario = make_scenario([[1500, 0], [1500, 300]], planner="length")
+    plane = LocalPlane(scenario.home.lat_deg, scenario.home.lon_deg)
+    lat_e7, lon_e7 = plane.to_e7(np.array([[600.0, 0.0]]))
+    zone = Fence((), (FenceCircle(False, int(lat_e7[0]), int(lon_e7[0]), 200.0),))
+    free, led = (make_plan(one).trajectory for one in (scenario, dataclasses.replace(scenario, no_fly=zone)))
+    assert led.bound.bound == pytest.approx(free.bound.bound, rel=1e-9)
+    assert led.bound.plan > free.bound.plan + 50.0
+    assert led.bound.plan > tour_m(led)
+    assert not led.bound.proved

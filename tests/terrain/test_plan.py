@@ -242,3 +242,12 @@ def test_the_fences_height_holds_for_every_item():
         make_plan(over(scenario, terrain))
     assert {problem.code for problem in found.value.problems} == {"fence-height"}
     assert len(make_plan(over(scenario, flat())).built.stop_items) == 1
+
+
+def test_no_bound_is_claimed_over_real_ground():
+    """Who stands higher is reached from farther away than the plane's radius."""
+    scenario = make_scenario([[900, 0], [0, 900]], planner="length")
+    assert make_plan(scenario).trajectory.bound.proved
+    plan = make_plan(over(scenario, flat()))
+    assert plan.trajectory.bound is None
+    assert "no-bound" in {problem.code for problem in plan.warnings}
