@@ -1,7 +1,8 @@
 """The shortest path beside TLOAIK's, and how long its proof takes: ``python -m benchmarks.length [SEEDS [LIMIT_S]]``.
 
 Users HPPP over 2 km × 2 km, mean 16 and 60, home at a corner; R 300 m from 100 m, threshold 0 dB, no D2D, end "stay".
-TLOAIK with the best of its K: 3, 5, 7 for 16 users and 8, 12, 16 for 60.
+TLOAIK with the best of its K: 3, 5, 7 for 16 users and 8, 12, 16 for 60. Then 1,960 hydrants of a city, and one tour in
+a given order beside CVXPY with Clarabel.
 """
 
 import sys
@@ -10,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.timing import show
+from benchmarks.planning import hydrants
+from benchmarks.timing import best_s, show
 from mavplan.bounds.path import proved_length_m
 from mavplan.hppp import SIDE_M, draw_users
 from mavplan.planners.length import length
@@ -20,6 +22,7 @@ from mavplan.planners.path_bound import path_lower_bound
 from mavplan.planners.path_certificate import path_certificate
 from mavplan.planners.setting import Setting
 from mavplan.planners.tloaik import tloaik
+from mavplan.planners.touring import tour_discs
 from mavplan.radio import Channel
 from mavplan.scenario import D2D, Radio, Users
 
@@ -29,11 +32,12 @@ DENSITIES = {16: (3, 5, 7), 60: (8, 12, 16)}
 LIMIT_S = 30.0
 SEEDS = 20
 RADIUS_M, ALTITUDE_M = 300.0, 100.0
+HOME_M = np.zeros(2)
 
 
-def regime_channel() -> Channel:
-    """Return a channel of threshold 0 dB that covers 300 m from 100 m."""
-    link_db = 10.0 * np.log10(RADIUS_M**2 + ALTITUDE_M**2)
+def regime_channel(radius_m: float = RADIUS_M) -> Channel:
+    """Return a channel of threshold 0 dB that covers this radius from 100 m."""
+    link_db = 10.0 * np.log10(radius_m**2 + ALTITUDE_M**2)
     radio = Radio(
         tx_power_dbm=20.0,
         ref_gain_db=-50.0,
@@ -129,6 +133,61 @@ def main(seeds: int = SEEDS, limit_s: float = LIMIT_S) -> None:
         ]
     rows.append(("both, path / TLOAIK's", f"{np.mean(ratios):.3f}", "wanted: at most 0.84"))
     show(f"the shortest path, {seeds} seeds", rows)
+    show_city(limit_s)
+    show_tours()
+
+
+def show_city(limit_s: float) -> None:
+    city = hydrants()
+    if city is None:
+        return
+    rows = []
+    for radius_m, numbers in ((300.0, (40, 60, 80)), (100.0, (300, 400, 500))):
+        channel, users = regime_channel(radius_m), city.users
+        best_m = min(
+            tloaik(users, channel, Setting(clusters, np.random.default_rng([0, clusters]))).length_m
+            for clusters in numbers
+        )
+        found = path_lower_bound(users.xy_m, radius_m, closed=False, mate=users.mate, time_limit_s=limit_s)
+        rows.append(
+            (
+                f"1,960 hydrants, R {radius_m:g} m, after {limit_s:g} s",
+                f"{found.path.length_m:,.0f} m",
+                f"{found.path.length_m / best_m:.2f} of TLOAIK's; {found.bound_m:,.0f} m proved",
+            )
+        )
+    show("a city", rows)
+
+
+def show_tours() -> None:
+    import cvxpy as cp
+
+    rows = []
+    for discs in (10, 60):
+        centres = np.random.default_rng(discs).uniform(0.0, SIDE_M, (256, discs, 2))
+        points, order = cp.Variable((discs, 2)), cp.Parameter((discs, 2))
+        path = cp.vstack([np.zeros((1, 2)), points])
+        programme = cp.Problem(
+            cp.Minimize(cp.sum(cp.norm(path[1:] - path[:-1], axis=1))),
+            [cp.norm(points - order, axis=1) <= RADIUS_M],
+        )
+        order.value = centres[0]
+        exact_s = best_s(lambda programme=programme: programme.solve(solver="CLARABEL"))
+        exact_m = programme.value
+        one_s, many_s = (
+            best_s(lambda some=some: tour_discs(some, RADIUS_M, HOME_M)) for some in (centres[:1], centres)
+        )
+        off = abs(float(tour_discs(centres[:1], RADIUS_M, HOME_M).length_m[0]) / exact_m - 1)
+        rows += [
+            (f"{discs} discs, CVXPY and Clarabel again", f"{exact_s * 1e3:.1f} ms", ""),
+            (f"{discs} discs, alone", f"{one_s * 1e3:.1f} ms", f"{off:.0e} off"),
+            (
+                f"{discs} discs, one of 256",
+                f"{many_s / 256 * 1e3:.3f} ms",
+                f"{exact_s / many_s * 256:.0f} times as fast",
+            ),
+        ]
+    show("one tour in a given order, to 1e-7", rows)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,28 @@
 """Symmetric positive definite block tridiagonal systems of 2 by 2 blocks, many at once.
 
 A block is (3, ...): the entries xx, xy and yy of a symmetric matrix. All blocks here are symmetric, those beside the
-diagonal too.
+diagonal too. Few systems are solved faster as one band matrix by LAPACK, many by elimination side by side.
 """
+
+from typing import Protocol
 
 import numpy as np
 
 from mavplan.scenario.model import Floats
 
+FEW = 150
+"""Systems up to which the band matrix is faster."""
 
-class BlockTridiagonal:
-    """Factors of B systems with K blocks on the diagonal, by block elimination from the first row to the last.
+
+class Factors(Protocol):
+    """A factored system."""
+
+    def solve(self, right: Floats) -> Floats:
+        """Return the solutions (2, K, B) for right-hand sides (2, K, B)."""
+
+
+def factored(diagonal: Floats, beside: Floats) -> Factors:
+    """Return the factors of B systems with K blocks on the diagonal.
 
     Parameters
     ----------
@@ -19,6 +31,47 @@ class BlockTridiagonal:
     beside
         (3, K − 1, B) the *negative* of the block that couples row i with row i + 1.
     """
+    if diagonal.shape[2] <= FEW:
+        band = Band(diagonal, beside)
+        if band.positive:
+            return band
+    return BlockTridiagonal(diagonal, beside)
+
+
+class Band:
+    """Cholesky factors of all systems as one band matrix; parameters as `factored`.
+
+    Attributes
+    ----------
+    positive
+        Whether the matrix is positive definite as it rounds; else nothing can be solved.
+    """
+
+    def __init__(self, diagonal: Floats, beside: Floats) -> None:
+        from scipy.linalg.lapack import dpbtrf
+
+        _, rows, batch = diagonal.shape
+        # Upper band storage, a system after the other, each with x and y of its rows in turn.
+        band = np.zeros((4, batch, rows, 2))
+        band[3, :, :, 0], band[3, :, :, 1] = diagonal[0].T, diagonal[2].T
+        band[2, :, :, 1] = diagonal[1].T
+        xx, xy, yy = beside.transpose(0, 2, 1)
+        band[2, :, 1:, 0] = band[0, :, 1:, 1] = -xy
+        band[1, :, 1:, 0], band[1, :, 1:, 1] = -xx, -yy
+        self._factor, info = dpbtrf(band.reshape(4, -1), overwrite_ab=True)
+        self.positive = info == 0
+
+    def solve(self, right: Floats) -> Floats:
+        """Return the solutions (2, K, B) for right-hand sides (2, K, B)."""
+        from scipy.linalg.lapack import dpbtrs
+
+        _, rows, batch = right.shape
+        found, _ = dpbtrs(self._factor, np.ascontiguousarray(right.transpose(2, 1, 0)).reshape(-1))
+        return np.ascontiguousarray(found.reshape(batch, rows, 2).transpose(2, 1, 0))
+
+
+class BlockTridiagonal:
+    """Factors of B systems by block elimination from the first row to the last; parameters as `factored`."""
 
     def __init__(self, diagonal: Floats, beside: Floats) -> None:
         rows = diagonal.shape[1]

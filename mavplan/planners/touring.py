@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mavplan.planners.block_tridiagonal import BlockTridiagonal
+from mavplan.planners.block_tridiagonal import factored
 from mavplan.planners.cones import Scaling, longest_step, product, quotient
 from mavplan.radio import REACH_TOLERANCE_M
 from mavplan.scenario.model import Bools, Floats, Ints
@@ -268,7 +268,7 @@ class _Newton:
         diagonal = _symmetric(inverse_square[:discs], np.full_like(w[0, :discs], 2.0), w[1:, :discs])
         diagonal += leg[:, :discs]
         diagonal[:, : legs - 1] += leg[:, 1:]
-        self.blocks = BlockTridiagonal(diagonal, leg[:, 1:discs])
+        self.blocks = factored(diagonal, leg[:, 1:discs])
 
 
 def _symmetric(scale: Floats, factor: Floats, v: Floats) -> Floats:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mavplan.planners.block_tridiagonal import BlockTridiagonal
+from mavplan.planners.block_tridiagonal import Band, BlockTridiagonal, factored
 from mavplan.planners.touring import dual_bound_m, tour_discs
 
 HOME = np.zeros(2)
@@ -89,7 +89,8 @@ def test_a_problem_is_left_where_its_bound_reaches_the_cutoff():
     assert left.bound_m[~above] == pytest.approx(exact.bound_m[~above], rel=1e-6)
 
 
-def test_block_tridiagonal_systems_are_solved_as_numpy_solves_them():
+@pytest.mark.parametrize("factors", [Band, BlockTridiagonal])
+def test_block_tridiagonal_systems_are_solved_as_numpy_solves_them(factors):
     rng = np.random.default_rng(4)
     rows, batch = 5, 3
     half = rng.normal(size=(batch, 2 * rows, 2 * rows))
@@ -113,5 +114,11 @@ def test_block_tridiagonal_systems_are_solved_as_numpy_solves_them():
             beside[:, row] = -block[:, 0, 0], -block[:, 0, 1], -block[:, 1, 1]
     right = rng.normal(size=(batch, 2 * rows))
     expected = np.linalg.solve(matrix, right[..., None])[..., 0]
-    found = BlockTridiagonal(diagonal, beside).solve(right.reshape(batch, rows, 2).transpose(2, 1, 0))
+    found = factors(diagonal, beside).solve(right.reshape(batch, rows, 2).transpose(2, 1, 0))
     assert found.transpose(2, 1, 0).reshape(batch, -1) == pytest.approx(expected)
+
+
+def test_a_system_that_is_not_positive_as_it_rounds_does_not_spoil_the_others():
+    diagonal = np.array([[[1.0, 4.0]], [[2.0, 1.0]], [[1.0, 3.0]]])
+    found = factored(diagonal, np.empty((3, 0, 2))).solve(np.ones((2, 1, 2)))
+    assert found[:, 0, 1] == pytest.approx(np.linalg.solve([[4.0, 1.0], [1.0, 3.0]], [1.0, 1.0]))
