@@ -139,8 +139,7 @@ class _Work:
         self._problem, self._limits, self._rng, self._progress = problem, limits, rng, progress
         self._effort = 0
         users = len(problem.required)
-        best = inserted_path(problem) if users > FEW else None
-        self._search = PathSearch(problem, best)
+        self._search = PathSearch(problem, inserted_path(problem))
         self._first_share = 1.0 if users <= FEW else FIRST_SHARE if users <= MANY else 0.0
 
     def done(self) -> PathBound:
@@ -151,15 +150,12 @@ class _Work:
             if search.proved or share == 1.0:
                 break
             self._improve()
-        assert search.best is not None
         return PathBound(self._problem, search.best, search.bound_m, tuple(search.nodes))
 
     def _goes_on(self, share: float) -> bool:
         """Return whether less than this share of the limits is used, and tell how far it is."""
         search = self._search
         nodes = len(search.nodes)
-        if search.best is None:
-            return True
         if self._progress is not None:
             self._progress(search.bound_m, search.best.length_m)
         return self._limits.used(nodes + self._effort) < share and nodes < MOST_NODES
@@ -167,7 +163,6 @@ class _Work:
     def _improve(self) -> None:
         """Make the best path shorter, until its share is used up or attempts have long been in vain."""
         problem, search = self._problem, self._search
-        assert search.best is not None
         vain = 0
         while self._goes_on(IMPROVED_SHARE) and vain < IN_VAIN:
             before_m = search.best.length_m
@@ -181,6 +176,6 @@ class _Work:
     def _spend(self, effort: int, path: FoundPath) -> bool:
         """Count effort for a path, and return whether there is some left."""
         self._effort += effort
-        if self._search.best is None or path.length_m < self._search.best.length_m:
+        if path.length_m < self._search.best.length_m:
             self._search.best = path
         return self._goes_on(IMPROVED_SHARE)

@@ -31,9 +31,6 @@ BATCH = 48
 PLUNGERS = 6
 """Of these, nodes that follow the most promising children of the last ones down: they find paths."""
 
-BEAM = 4
-"""Nodes kept on each level until the first path is found."""
-
 LOOSE = 1e-3
 """Precision of nodes that must be branched on anyway."""
 
@@ -84,7 +81,7 @@ class PathSearch:
     problem
         Only requirements that are not met from the start, at least one.
     best
-        A path to begin with, None where there is none.
+        A path to begin with.
 
     Attributes
     ----------
@@ -93,7 +90,7 @@ class PathSearch:
     """
 
     problem: PathProblem
-    best: FoundPath | None = None
+    best: FoundPath
     nodes: list[Node] = field(default_factory=list)
     _floor_m: float = np.inf
     _open: list[tuple[float, int]] = field(default_factory=list)
@@ -108,7 +105,7 @@ class PathSearch:
     @property
     def cutoff_m(self) -> float:
         """Nodes whose bound reaches this are not searched."""
-        return np.inf if self.best is None else self.best.length_m * (1.0 - GAP)
+        return self.best.length_m * (1.0 - GAP)
 
     @property
     def bound_m(self) -> float:
@@ -120,7 +117,7 @@ class PathSearch:
     @property
     def proved(self) -> bool:
         """Whether the best path is the shortest."""
-        return self.best is not None and self.bound_m >= self.cutoff_m
+        return self.bound_m >= self.cutoff_m
 
     def run(self, keep_going: Callable[[], bool]) -> None:
         """Search until nothing is left to be searched, or ``keep_going``, asked before each batch, returns False."""
@@ -134,8 +131,7 @@ class PathSearch:
         """Take the nodes of the next batch."""
         chosen = [index for index in self._plunge if self.nodes[index].bound_m < self.cutoff_m]
         self._plunge = []
-        batch = 1 if self.best is None else BATCH
-        while self._open and len(chosen) < batch and self._open[0][0] < self.cutoff_m:
+        while self._open and len(chosen) < BATCH and self._open[0][0] < self.cutoff_m:
             chosen.append(heapq.heappop(self._open)[1])
         return chosen
 
@@ -163,12 +159,9 @@ class PathSearch:
                 if self._is_mirrored(node, slot):
                     node.children[slot] = node.children[slot - 1]
             own = made.intersection(node.children)
-            if self.best is not None and own and len(self._plunge) < PLUNGERS:
+            if own and len(self._plunge) < PLUNGERS:
                 self._plunge.append(min(own, key=lambda index: (self.nodes[index].bound_m, index)))
                 made.discard(self._plunge[-1])
-        if self.best is None:
-            self._plunge = sorted(made, key=lambda index: (self.nodes[index].bound_m, index))[:BEAM]
-            made -= set(self._plunge)
         for index in sorted(made):
             heapq.heappush(self._open, (self.nodes[index].bound_m, index))
 
@@ -194,7 +187,7 @@ class PathSearch:
             bound_m = max(float(tours.bound_m[row]), self.nodes[child.parent].bound_m)
             if not unmet[row]:
                 found = FoundPath(child.sequence, tours.points_m[row], float(tours.length_m[row]))
-                if self.best is None or found.length_m < self.best.length_m:
+                if found.length_m < self.best.length_m:
                     self.best = found
                 self._floor_m = min(self._floor_m, bound_m)
                 self._link(child, self._add(Node(child.sequence, bound_m, NOTHING)))

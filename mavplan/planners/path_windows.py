@@ -42,7 +42,6 @@ def _search(path: EditablePath, first: int, index: dict[bytes, int]) -> bool:
     if len(window.required):
         search = PathSearch(window, FoundPath((), path.points_m[first:last], now_m))
         search.run(lambda: len(search.nodes) < NODES)
-        assert search.best is not None
         best = search.best
     if best.length_m >= now_m * (1.0 - GAP):
         return False

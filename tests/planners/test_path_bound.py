@@ -2,6 +2,7 @@
 
 import itertools
 
+import cvxpy as cp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -58,6 +59,23 @@ def test_it_is_the_shortest_over_all_orders(users, side_m, closed):
     assert found.bound_m <= exact * (1 + 1e-9)
     assert found.proved
     assert reached(xy, found).all()
+
+
+@pytest.mark.parametrize("closed", [False, True], ids=["open", "closed"])
+def test_clarabel_finds_no_shorter_path_in_any_order_of_six(closed):
+    xy = np.random.default_rng(11).uniform(400, 2000, (6, 2))
+    points, centres = cp.Variable((6, 2)), cp.Parameter((6, 2))
+    home = np.zeros((1, 2))
+    path = cp.vstack([home, points, *([home] if closed else [])])
+    length = cp.sum(cp.norm(path[1:] - path[:-1], axis=1))
+    programme = cp.Problem(cp.Minimize(length), [cp.norm(points - centres, axis=1) <= RADIUS_M])
+    shortest = np.inf
+    for order in itertools.permutations(range(6)):
+        centres.value = xy[list(order)]
+        shortest = min(shortest, programme.solve(solver="CLARABEL"))
+    found = path_lower_bound(xy, RADIUS_M, closed=closed, time_limit_s=None)
+    assert found.path.length_m == pytest.approx(shortest, rel=2e-6)
+    assert found.bound_m <= shortest * (1 + 1e-7)
 
 
 @pytest.mark.parametrize("closed", [False, True], ids=["open", "closed"])
