@@ -80,6 +80,10 @@ class NoLinkError(MavplanError):
     exit_code = ExitCode.NO_LINK
 
 
+class SilentLinkError(NoLinkError):
+    """The connection is open, and nothing at all was heard on it."""
+
+
 class RefusedError(MavplanError):
     """The mission was refused and the vehicle provably keeps its old one, or judges the new one infeasible."""
 

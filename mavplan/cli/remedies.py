@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from mavplan.errors import InputError, NoLinkError, Problem
+from mavplan.errors import InputError, Problem, SilentLinkError
 
 MADE_BY = {
     ".toml": "'mavplan init FOLDER' writes a scenario to start from",
@@ -20,7 +20,7 @@ MADE_BY = {
 
 def remedies(error: Exception) -> Iterator[str]:
     """Yield what may help."""
-    if isinstance(error, NoLinkError):
+    if isinstance(error, SilentLinkError):
         yield "is the vehicle on, and is its link at that place? 'mavplan sim' starts one to try things on"
     elif isinstance(error, click.MissingParameter) and error.param is not None and error.param.name == "conn":
         yield "say where the vehicle is, as in --conn udp:0.0.0.0:14550, or set MAVPLAN_CONN"

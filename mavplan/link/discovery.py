@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from mavplan.errors import InputError, MavplanError, NoLinkError, RefusedError
+from mavplan.errors import InputError, MavplanError, NoLinkError, RefusedError, SilentLinkError
 from mavplan.link.protocol import Address, Message, sender
 from mavplan.mission.autopilots import AUTOPILOTS, AutopilotRules
 from mavplan.mission.model import Autopilot
@@ -126,7 +126,7 @@ class Discovery:
         elif now >= self._deadline:
             heard = f"; heard were only {', '.join(sorted(self._others))}" if self._others else ""
             wanted = "an autopilot" if self._system is None else f"an autopilot of system {self._system}"
-            self.outcome = NoLinkError(
+            self.outcome = (NoLinkError if self._others else SilentLinkError)(
                 f"no heartbeat of {wanted} came over {self._place} within {self._deadline - self._now:g} s{heard}"
             )
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from mavplan.errors import InputError, MavplanError, Problem, UncertainError
+from mavplan.errors import InputError, MavplanError, NoLinkError, Problem, SilentLinkError, UncertainError
 from mavplan.link.codec import Codec
 from mavplan.link.connection import Connection
 from mavplan.link.download_session import DownloadSession
@@ -239,7 +239,7 @@ def drive(
     _send(session, connection, codec, station)
     _tell(session, progress)
     if session.error is not None:
-        _explain(session.error, codec)
+        session.error = _explained(session.error, codec)
 
 
 def dropped_warnings(connection: Connection) -> list[Problem]:
@@ -255,14 +255,18 @@ def dropped_warnings(connection: Connection) -> list[Problem]:
     return found
 
 
-def _explain(error: MavplanError, codec: Codec) -> None:
-    """Add to an error what signing may have to do with it."""
+def _explained(error: MavplanError, codec: Codec) -> MavplanError:
+    """Return an error with what signing may have to do with it."""
     words = codec.signing.dropped_words() if codec.signing is not None else ""
     unanswered = isinstance(error, UncertainError) and not isinstance(error, DiffersError)
     if codec.signing is None and codec.signed and unanswered:
         words = "the vehicle signs its messages: it may listen only to the holder of its key (--signing-key)"
-    if words:
-        error.args = (f"{error}; {words}",)
+    if not words:
+        return error
+    if isinstance(error, SilentLinkError):
+        return NoLinkError(f"{error}; {words}")
+    error.args = (f"{error}; {words}",)
+    return error
 
 
 def _send(session: Session, connection: Connection, codec: Codec, station: "Station | None") -> None:

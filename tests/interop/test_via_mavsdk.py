@@ -80,7 +80,8 @@ def test_nobody_there_is_no_link_also_where_mavsdk_would_say_success(tmp_path):
             up = mavplan(
                 "upload", file.name, "--conn", conn, "--timeout", 1.5, "--via", "mavsdk", folder=tmp_path
             )
-            assert (up.returncode, word in up.stderr, up.stderr.count("\n")) == (3, True, 1), up.stderr
+            assert (up.returncode, word in up.stderr, up.stderr.count("error:")) == (3, True, 1), up.stderr
+            assert ("is the vehicle on" in up.stderr) == (word == "no heartbeat"), up.stderr
 
 
 def test_too_many_items_are_refused_with_both_numbers(tmp_path):

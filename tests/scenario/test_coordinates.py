@@ -1,7 +1,7 @@
 """Degrees, minutes, seconds; UTM; MGRS: against pyproj and the letter of each form, and what is refused."""
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from mgrs import MGRS
 from pyproj import Transformer
@@ -88,6 +88,8 @@ def test_an_angle_written_in_parts_comes_back(lat_deg, form):
 
 @given(st.floats(-79, 83), st.floats(-179.9, 179.9))
 def test_mgrs_comes_back_within_half_its_square(lat_deg, lon_deg):
+    # Just south of the equator the mgrs library rounds the northing up to 10,000 km, which no square has.
+    assume(not -2e-4 < lat_deg < 0)
     for digits, within_m in ((5, 0.8), (4, 8.0)):
         text = MGRS().toMGRS(lat_deg, lon_deg, MGRSPrecision=digits)
         back = parse_mgrs(text)
