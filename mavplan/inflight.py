@@ -31,9 +31,16 @@ HALVINGS = 60
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 
 
+COUNTED_BY = frozenset({"time"})
+"""Planners whose holds count what is received in flight where the scenario does not say."""
+
+
 def counts_in_flight(scenario: Scenario) -> bool:
-    """Return whether the hold times of a scenario count what users receive in flight."""
-    return scenario.service.mode == "broadcast" and bool(scenario.service.in_flight)
+    """Return whether the hold times of a scenario count what users receive in flight: not over real ground."""
+    service = scenario.service
+    if service.mode != "broadcast" or scenario.terrain_options.file is not None:
+        return False
+    return scenario.planner.name in COUNTED_BY if service.in_flight is None else service.in_flight
 
 
 def received_in_flight(

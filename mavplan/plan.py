@@ -210,6 +210,8 @@ def plan_along(
     if scenario.terrain is not None:
         built = held_against_ground(built, scenario, scenario.terrain, rules)
     expected = expected_flight(built.mission, scenario, rules)
+    unrounded_s = expected.flight_s + float(holds.asked_s.sum())
+    trajectory = replace(trajectory, bound=_of_mission(trajectory.bound, unrounded_s))
     benchmark = sbw(scenario.users, planning_channel(scenario))
     index = joint_index(trajectory, benchmark)
     links = None if over is None else over.links
@@ -247,6 +249,13 @@ def _of_path(bound: Bound | None, path_m: Floats, back_m: Floats | None) -> Boun
     turns_m = np.empty((0, 2)) if back_m is None else back_m
     home = np.vstack([turns_m, ORIGIN_M]) if bound.objective == "tour_m" else np.empty((0, 2))
     return replace(bound, plan=path_length_m(np.vstack([path_m, home])))
+
+
+def _of_mission(bound: Bound | None, mission_s: float) -> Bound | None:
+    """Return a bound on mission time beside the time that the mission takes as it is written, before rounding up."""
+    if bound is None or bound.objective != "mission_s":
+        return bound
+    return replace(bound, plan=mission_s, bound=min(bound.bound, mission_s))
 
 
 def _places_e7(points_m: Floats, plane: LocalPlane) -> list[tuple[int, int]]:

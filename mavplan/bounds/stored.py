@@ -1,14 +1,21 @@
 """The bound of a plan's file proved anew, from the file alone."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from mavplan.bounds import Bound
-from mavplan.bounds.path import CertificateError, from_json, proved_length_m
+from mavplan.bounds import Bound, path, time
+from mavplan.bounds.path import CertificateError
+from mavplan.bounds.time_case import TimeCase
+from mavplan.mission.wind import Wind
 from mavplan.radio import planning_channel
 from mavplan.stored_plan import StoredPlan
 
 ROUNDING = 0.002
-"""Metres by which figures in the file are rounded."""
+"""Metres or seconds by which figures in the file are rounded."""
+
+CENTIMETRES_S = 0.05
+"""By so much a mission may be shorter than planned: the places in it are whole centimetres."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +45,40 @@ def prove_bound(plan: StoredPlan) -> ProvedBound | None:
     stated, content = plan.bound, plan.certificate
     if content is None:
         return None
-    if stated is None or stated.objective == "mission_s":
-        raise CertificateError("a certificate of a path, but no bound on one")
-    certificate = from_json(content)
+    if stated is None:
+        raise CertificateError("a certificate, but no bound")
+    if stated.objective == "mission_s":
+        proved, unit = _proved_s(plan, content), "s"
+    else:
+        proved, unit = _proved_m(plan, stated, content), "m"
+    said = content.get("bound")
+    if not isinstance(said, int | float) or proved < said - ROUNDING:
+        raise CertificateError(f"proves {proved:,.3f} {unit}, not the {said} {unit} that it says")
+    if proved > stated.plan + (CENTIMETRES_S if unit == "s" else ROUNDING):
+        raise CertificateError(
+            f"proves {proved:,.3f} {unit}, more than the {stated.plan:,.3f} {unit} of the plan itself"
+        )
+    return ProvedBound(stated, proved)
+
+
+def _proved_m(plan: StoredPlan, stated: Bound, content: Mapping[str, Any]) -> float:
+    certificate = path.from_json(content)
     if certificate.returns != (stated.objective == "tour_m"):
         raise CertificateError("the certificate is of another kind of path than the plan's")
     users = plan.scenario.users
     radius_m = planning_channel(plan.scenario).radius_m
-    proved_m = proved_length_m(certificate, users.xy_m, users.mate, radius_m)
-    said_m = content.get("bound")
-    if not isinstance(said_m, int | float) or proved_m < said_m - ROUNDING:
-        raise CertificateError(f"proves {proved_m:,.3f} m, not the {said_m} m that it says")
-    if proved_m > stated.plan + ROUNDING:
-        raise CertificateError(
-            f"proves {proved_m:,.3f} m, more than the {stated.plan:,.3f} m of the plan itself"
-        )
-    return ProvedBound(stated, proved_m)
+    return path.proved_length_m(certificate, users.xy_m, users.mate, radius_m)
+
+
+def _proved_s(plan: StoredPlan, content: Mapping[str, Any]) -> float:
+    scenario = plan.scenario
+    wind = scenario.wind
+    case = TimeCase.of(
+        scenario.users,
+        planning_channel(scenario),
+        scenario.vehicle,
+        scenario.service,
+        wind=Wind(wind.speed_m_s, wind.from_deg) if wind.speed_m_s > 0 else None,
+        in_flight=plan.in_flight,
+    )
+    return time.proved_time_s(time.from_json(content), case)

@@ -101,6 +101,14 @@ def _words(error: MavplanError | None) -> str | None:
     return None if error is None else str(error)
 
 
+PROVED = {
+    "path_m": ("path", "m"),
+    "tour_m": ("path and way home", "m"),
+    "mission_s": ("mission before rounding", "s"),
+}
+"""What a bound is on, and its unit."""
+
+
 def proves(plan: "StoredPlan") -> bool | None:
     """Check the proof of a plan's bound, where it holds one, print what it proves, and return whether it does.
 
@@ -117,8 +125,10 @@ def proves(plan: "StoredPlan") -> bool | None:
         say_problems([Problem(f"{plan.label}, certificate", str(error), "certificate")])
         return False
     if found is not None:
-        what = "path and way home" if found.stated.objective == "tour_m" else "path"
-        tell(f"plan: {what} {found.stated.plan:,.1f} m, proved anew: at least {found.proved:,.1f} m")
+        what, unit = PROVED[found.stated.objective]
+        tell(
+            f"plan: {what} {found.stated.plan:,.1f} {unit}, proved anew: at least {found.proved:,.1f} {unit}"
+        )
     return None if found is None else True
 
 

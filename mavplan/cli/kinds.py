@@ -8,7 +8,7 @@ import click
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-PLANNER_NAMES = ("tloaik", "stoaik", "boaik", "length", "sbw")
+PLANNER_NAMES = ("tloaik", "stoaik", "boaik", "length", "time", "sbw")
 """Of `mavplan.planners.PLANNERS`, which take their time to load."""
 PATH = "path"
 """What a completion is that names a file or a folder."""

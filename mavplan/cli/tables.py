@@ -72,7 +72,8 @@ def totals(plan: Plan) -> list[str]:
         f"path {trajectory.length_m:,.0f} m{_proved_length(trajectory.bound)}, "
         f"sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
         f"hover {clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
-        f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}",
+        f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}"
+        f"{_proved_time(trajectory.bound)}",
         _energy(plan),
     ]
     if plan.holds.in_flight_bit is not None:
@@ -150,6 +151,17 @@ def _proved_length(bound: Bound | None) -> str:
         else f"at least {bound.bound:,.0f} m proved (gap {bound.gap:.2%})"
     )
     return f"{home}, {proved}"
+
+
+def _proved_time(bound: Bound | None) -> str:
+    """Return what is proved of a mission's time."""
+    if bound is None or bound.objective != "mission_s":
+        return ""
+    if bound.proved:
+        return ", proved the shortest"
+    return (
+        f", before rounding {bound.plan:,.1f} s, at least {bound.bound:,.1f} s proved (gap {bound.gap:.1%})"
+    )
 
 
 def _names(names: Sequence[str]) -> str:

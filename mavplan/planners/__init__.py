@@ -11,9 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mavplan.errors import InputError, Problem
+from mavplan.mission.wind import Wind
 from mavplan.planners.boaik import boaik
 from mavplan.planners.clustering import candidate_clusters, distinct_places
 from mavplan.planners.index import joint_index
+from mavplan.planners.least_time import least_time
 from mavplan.planners.length import length
 from mavplan.planners.limits import Limits
 from mavplan.planners.one_thread import one_thread
@@ -73,6 +75,7 @@ PLANNERS: dict[str, Planner] = {
         Planner("stoaik", "highest throughput", stoaik, imbalance),
         Planner("boaik", "balance of both", boaik, imbalance),
         Planner("length", "shortest path that reaches everybody, with a proof", length, None),
+        Planner("time", "least mission time, with a bound", least_time, None),
         Planner("sbw", "strips, the benchmark", lambda users, channel, _setting: sbw(users, channel), None),
     )
 }
@@ -98,7 +101,9 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
     InputError
         The planner's name is unknown, or nobody on the ground can be reached from this altitude.
     """
-    options, users = scenario.planner, scenario.users
+    from mavplan.inflight import counts_in_flight
+
+    options, users, wind = scenario.planner, scenario.users, scenario.wind
     planner = find_planner(options.name)
     channel = planning_channel(scenario)
     if channel.radius_m <= 0.0:
@@ -114,7 +119,21 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
         # Each K has a generator of its own: what one K draws does not depend on which others are tried.
         # More clusters than places are as many as places, in the draw too.
         rng = np.random.default_rng([options.seed, min(clusters, places)])
-        return planner.plan(users, channel, Setting(clusters, rng, options.solver, returns, limits, tell))
+        setting = Setting(
+            clusters,
+            rng,
+            options.solver,
+            returns,
+            limits,
+            tell,
+            seed=options.seed,
+            tried=(options.clusters,) if isinstance(options.clusters, int) else (),
+            vehicle=scenario.vehicle,
+            service=scenario.service,
+            wind=Wind(wind.speed_m_s, wind.from_deg) if wind.speed_m_s > 0 else None,
+            in_flight=counts_in_flight(scenario),
+        )
+        return planner.plan(users, channel, setting)
 
     if planner.cost is None:
         return run(0)

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mavplan.mission.wind import Wind
 from mavplan.planners.limits import Limits
-from mavplan.scenario.sections import Solver
+from mavplan.scenario.sections import Service, Solver, Vehicle
 
 NODES = 20_000
 """Nodes of a search where nobody says otherwise; some ten seconds."""
@@ -33,6 +34,11 @@ class Setting:
         Where searches end that could go on. By default after so many nodes, the same on every machine.
     progress
         Called with what is done and what there is to do.
+    seed, tried
+        Where the draws of other planners begin, and the numbers of clusters that a planner may try of its own; empty:
+        those worth a try. As for the planners themselves.
+    vehicle, service, wind, in_flight
+        How it is flown and served, and whether what users receive in flight counts.
     """
 
     clusters: int
@@ -41,6 +47,12 @@ class Setting:
     returns: bool = False
     limits: Limits = field(default_factory=lambda: Limits(nodes=NODES))
     progress: Callable[[int, int], None] | None = None
+    seed: int = 0
+    tried: tuple[int, ...] = ()
+    vehicle: Vehicle = field(default_factory=Vehicle)
+    service: Service = field(default_factory=Service)
+    wind: Wind | None = None
+    in_flight: bool = False
 
     def tell_limits(self) -> None:
         """Tell how much of the time limit is used up: a search ends with it at the latest."""

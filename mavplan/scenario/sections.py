@@ -193,7 +193,7 @@ class FleetVehicle:
 class PlannerOptions:
     """Which planner, how many clusters (``auto`` tries several), the seed of all that is random, the solver.
 
-    ``time_limit_s`` is for planners that search for a proof: `length`.
+    ``time_limit_s`` is for planners that search for a proof: `length`, `time`.
     """
 
     name: str = "tloaik"

@@ -1,0 +1,221 @@
+"""The search for the plan of least mission time: local search from several plans, then perturbation of the best.
+
+A plan is improved by the best of its neighbours (`time_moves`) until none is better, then all its stops are moved at
+once (`time_polish`). After that some stops that stand near each other are taken out, or the order is cut and put
+together otherwise, the plan is repaired, improved, and kept if it is better or hardly worse. Counted work and a seed
+decide everything; a clock only where a limit is given.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mavplan.planners.time_moves import (
+    candidate_places,
+    detours_m,
+    inserted,
+    merged,
+    reordered,
+    with_another,
+    with_one_instead,
+    with_one_less,
+)
+from mavplan.planners.time_polish import polish
+from mavplan.planners.time_problem import TimeProblem
+from mavplan.scenario.model import Floats
+
+PLACES = 40
+"""Candidate places tried in one step."""
+
+WORTHWHILE_S = 1e-3
+"""A neighbour must be better by this."""
+
+STARTS = 4
+"""Plans that are improved before the best of them is perturbed."""
+
+WORSE = 0.003
+"""A plan that is worse than the present one by up to a random part of this may take its place."""
+
+ASTRAY = 0.01
+"""Further above the best than this the search goes back to it."""
+
+PROMISING = 1.02
+"""Plans whose time before polishing is above this times the best are not polished to the end."""
+
+KeepGoing = Callable[[], bool]
+"""Asked before each piece of work whether there is time for it."""
+
+Progress = Callable[[float], None]
+"""Called with the share of the work that is done."""
+
+
+@dataclass(eq=False)
+class TimeSearch:
+    """A search under way.
+
+    Parameters
+    ----------
+    problem
+        What is to be served.
+    rng
+        Draws all that is random.
+
+    Attributes
+    ----------
+    best_m, best_s
+        The best plan so far and its time.
+    """
+
+    problem: TimeProblem
+    rng: np.random.Generator
+
+    def __post_init__(self) -> None:
+        self.places_m = candidate_places(self.problem, self.rng)
+        self._reach = self.problem.rates(self.places_m) > 0
+        self.best_m = np.empty((0, 2))
+        self.best_s = np.inf
+        self.found: list[tuple[float, Floats]] = []
+
+    def consider(self, starts: Sequence[Floats], keep_going: KeepGoing, most: int = STARTS) -> None:
+        """Improve the best ``most`` of some plans.
+
+        Parameters
+        ----------
+        starts
+            (M, 2) stops each; where they serve not everybody, stops are added. The result is never worse than any
+            of them that serves everybody.
+        """
+        served = [self._repaired(stops) for stops in starts if len(stops)]
+        timed = sorted(
+            ((self._time_s(stops), index) for index, stops in enumerate(served)), key=lambda pair: pair[0]
+        )
+        for total_s, index in timed[:most]:
+            self._keep(served[index], total_s)
+        for total_s, index in timed[:most]:
+            if not keep_going():
+                return
+            self._keep(*self._improved(served[index], total_s))
+
+    def perturb(self, rounds: int, keep_going: KeepGoing, progress: Progress | None = None) -> None:
+        """Perturb and improve the best plan ``rounds`` times, or until there is no time."""
+        here_m, here_s = self.best_m, self.best_s
+        for done in range(rounds):
+            if not keep_going():
+                break
+            if progress is not None:
+                progress(done / rounds)
+            stops, total_s = self._improved(self._repaired(self._perturbed(here_m)))
+            if total_s < here_s * (1 + WORSE * self.rng.random()):
+                here_m, here_s = stops, total_s
+            self._keep(stops, total_s)
+            if here_s > self.best_s * (1 + ASTRAY):
+                here_m, here_s = self.best_m, self.best_s
+
+    def _keep(self, stops_m: Floats, total_s: float) -> None:
+        if total_s < self.best_s:
+            self.best_m, self.best_s = stops_m, total_s
+
+    def _time_s(self, stops_m: Floats) -> float:
+        return float(self.problem.times(stops_m[None]).total_s[0])
+
+    def _improved(self, stops_m: Floats, total_s: float | None = None) -> tuple[Floats, float]:
+        """Return a local optimum: neighbours and polishing by turns."""
+        total_s = self._time_s(stops_m) if total_s is None else total_s
+        while True:
+            stepped, stepped_s = self._descended(stops_m, total_s)
+            if not np.isfinite(stepped_s):
+                return stepped, stepped_s
+            quick = stepped_s > PROMISING * self.best_s
+            polished, polished_s = polish(
+                self.problem, stepped, steps=4 if quick else 12, tolerance=1e-4 if quick else 2e-5
+            )
+            if (
+                polished_s > total_s - max(WORTHWHILE_S, 1e-4 * total_s)
+                or polished_s > PROMISING * self.best_s
+            ):
+                return polished, polished_s
+            stops_m, total_s = polished, polished_s
+
+    def _descended(self, stops_m: Floats, total_s: float) -> tuple[Floats, float]:
+        """Return the plan that steps to the best neighbour lead to."""
+        while True:
+            prices = self.problem.times(stops_m[None]).prices[0]
+            best_s, best_m = total_s - WORTHWHILE_S, None
+            for plans in self._neighbours(stops_m):
+                found = self._best_of(plans, prices, best_s)
+                if found is not None:
+                    best_m, best_s = found
+            if best_m is None:
+                return stops_m, total_s
+            stops_m, total_s = best_m, best_s
+
+    def _best_of(self, plans_m: Floats, prices: Floats, below_s: float) -> tuple[Floats, float] | None:
+        """Return the best of plans (B, M, 2) and its time, None where none takes less than this.
+
+        Parameters
+        ----------
+        prices
+            (N,) of a second of need in a plan near them: made feasible for a plan's stops they bound its hover from
+            below, so that most plans need no programme.
+        """
+        problem = self.problem
+        flight_s = problem.flight_s(plans_m)
+        kept = np.flatnonzero(flight_s < below_s)
+        rates = problem.rates(plans_m[kept])
+        wants = problem.wants_of(plans_m[kept], rates)
+        least_s = flight_s[kept]
+        if not problem.tdma:
+            excess = np.maximum((rates @ prices).max(axis=1, initial=0.0), 1.0)
+            least_s = least_s + np.where(np.isfinite(wants), np.maximum(wants, 0.0), 0.0) @ prices / excess
+        able = (least_s < below_s) & np.isfinite(wants).all(axis=1)
+        if not able.any():
+            return None
+        kept = kept[able]
+        total_s = problem.hovering(flight_s[kept], rates[able], wants[able]).total_s
+        least = int(total_s.argmin())
+        return (plans_m[kept[least]], float(total_s[least])) if total_s[least] < below_s else None
+
+    def _neighbours(self, stops_m: Floats) -> list[Floats]:
+        """Return plans to try, grouped by their number of stops."""
+        problem = self.problem
+        drawn = self.rng.permutation(len(self.places_m))[:PLACES]
+        places = self.places_m[drawn]
+        same = [reordered(problem, stops_m), with_one_instead(problem, stops_m, places)]
+        groups = [np.concatenate(same), with_another(problem, stops_m, places)]
+        if len(stops_m) > 1:
+            groups.append(np.concatenate([with_one_less(stops_m), merged(stops_m)]))
+        return groups
+
+    def _perturbed(self, stops_m: Floats) -> Floats:
+        """Return a plan without some stops that stand near each other, or with its order cut in four."""
+        rng, stops = self.rng, len(stops_m)
+        if stops >= 4 and rng.random() < 0.3:
+            i, j, k = np.sort(rng.choice(stops + 1, 3, replace=False))
+            return np.vstack([stops_m[:i], stops_m[j:k], stops_m[i:j], stops_m[k:]])
+        if stops == 1:
+            return stops_m
+        gone = int(rng.integers(1, min(stops, 4)))
+        centre = self.places_m[rng.integers(len(self.places_m))]
+        blur = rng.uniform(0.0, (2 / 3 * self.problem.channel.radius_m) ** 2, stops)
+        order = np.argsort(((stops_m - centre) ** 2).sum(axis=1) + blur)
+        return np.delete(stops_m, order[:gone], axis=0)
+
+    def _repaired(self, stops_m: Floats) -> Floats:
+        """Return a plan with stops added until everybody is served: where most are reached for the least way."""
+        problem = self.problem
+        for _ in range(len(problem.need_s)):
+            rates = problem.rates(stops_m[None])
+            passing = problem.passing_s(stops_m[None]) if problem.in_flight else None
+            lacking = np.isinf(problem.wants(np.asarray(rates.any(axis=1)), passing)[0])
+            if not lacking.any():
+                break
+            reached = self._reach[:, lacking].sum(axis=1)
+            useful = np.flatnonzero(reached)
+            detours = detours_m(problem, stops_m, self.places_m[useful])
+            cost = detours.min(axis=1) + 2 * problem.channel.radius_m / 3
+            cost = cost / reached[useful] * self.rng.uniform(0.8, 1.2, len(useful))
+            best = int(cost.argmin())
+            place = self.places_m[useful[best : best + 1]]
+            stops_m = inserted(stops_m, place, detours[best : best + 1].argmin(axis=1))[0]
+        return stops_m
