@@ -40,6 +40,9 @@ WORSE = 0.003
 ASTRAY = 0.01
 """Further above the best than this the search goes back to it."""
 
+VAIN, GAINED = 0.5, 1e-4
+"""The search ends after this part of its rounds in a row without a gain of this part."""
+
 PROMISING = 1.02
 """Plans whose time before polishing is above this times the best are not polished to the end."""
 
@@ -98,17 +101,20 @@ class TimeSearch:
             self._keep(*self._improved(served[index], total_s))
 
     def perturb(self, rounds: int, keep_going: KeepGoing, progress: Progress | None = None) -> None:
-        """Perturb and improve the best plan ``rounds`` times, or until there is no time."""
+        """Perturb and improve the best plan ``rounds`` times, or until that has long been in vain or there is no time."""
         here_m, here_s = self.best_m, self.best_s
+        in_vain = 0
         for done in range(rounds):
-            if not keep_going():
+            if not keep_going() or in_vain >= VAIN * rounds:
                 break
+            before_s = self.best_s
             if progress is not None:
                 progress(done / rounds)
             stops, total_s = self._improved(self._repaired(self._perturbed(here_m)))
             if total_s < here_s * (1 + WORSE * self.rng.random()):
                 here_m, here_s = stops, total_s
             self._keep(stops, total_s)
+            in_vain = 0 if self.best_s < before_s * (1 - GAINED) else in_vain + 1
             if here_s > self.best_s * (1 + ASTRAY):
                 here_m, here_s = self.best_m, self.best_s
 
