@@ -101,7 +101,7 @@ class TimeSearch:
             self._keep(*self._improved(served[index], total_s))
 
     def perturb(self, rounds: int, keep_going: KeepGoing, progress: Progress | None = None) -> None:
-        """Perturb and improve the best plan ``rounds`` times, or until that has long been in vain or there is no time."""
+        """Perturb and improve the best plan ``rounds`` times, or until that was long in vain or time is up."""
         here_m, here_s = self.best_m, self.best_s
         in_vain = 0
         for done in range(rounds):
