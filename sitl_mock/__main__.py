@@ -214,6 +214,7 @@ def main(argv: list[str] | None = None, watch: Callable[[Vehicle], Vehicle] = la
             armable_s=firmware.armable_s if arguments.boot else 0.0,
         ),
         signing=None if arguments.signing_key is None else make_signing(arguments.signing_key, wall_time()),
+        speed=arguments.speed,
     )
     vehicle: Vehicle = FaultyNetwork(autopilot, faults, arguments.seed) if faults.on_the_way else autopilot
     connections: Sequence[Connection] = arguments.conn or [parse_connection(DEFAULT_CONNECTION)]

@@ -58,6 +58,8 @@ class Autopilot:
         Wind, battery, mass, faults and seed of the flight.
     signing
         From `sitl_mock.signing.make_signing`: everything is signed, and only what is signed with the key is heard.
+    speed
+        How many times as fast as its partners' the vehicle's time goes: their heartbeats count for longer by its clock.
 
     Raises
     ------
@@ -78,6 +80,7 @@ class Autopilot:
         telemetry: bool = True,
         setting: Setting | None = None,
         signing: Signing = None,
+        speed: float = 1.0,
     ) -> None:
         if not (1 <= system_id <= 255 and 1 <= component_id <= 255):
             raise ValueError(f"system {system_id} and component {component_id} must be 1 to 255")
@@ -112,7 +115,7 @@ class Autopilot:
         }
         self._schedule = Schedule(streams)
         self.signing = signing
-        self._voice = Voice(firmware, Encoder(system_id, component_id, signing), self._schedule)
+        self._voice = Voice(firmware, Encoder(system_id, component_id, signing), self._schedule, speed)
         self._parsers: dict[Hashable, Parser] = {}
         self._inbox: deque[tuple[float, Hashable, Message]] = deque()
         self._started: float | None = None

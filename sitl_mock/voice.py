@@ -13,8 +13,10 @@ from sitl_mock.telemetry import Schedule
 from sitl_mock.wire import Encoder, Message
 
 GROUND_STATION_MEMORY_S = 2.5
-"""How long a ground station's heartbeat counts for."""
+"""How long a ground station's heartbeat counts for, by the station's clock."""
 REACHED_AGAIN_S = 1.0
+TEXT_CHUNK = 50
+"""Bytes of a STATUSTEXT; what is longer goes on in the next, of the same id."""
 
 
 class Voice:
@@ -28,10 +30,13 @@ class Voice:
         Makes the frames.
     schedule
         Knows the links.
+    speed
+        How many times as fast as the ground stations' the vehicle's time goes.
     """
 
-    def __init__(self, firmware: Firmware, encoder: Encoder, schedule: Schedule) -> None:
+    def __init__(self, firmware: Firmware, encoder: Encoder, schedule: Schedule, speed: float = 1.0) -> None:
         self._firmware = firmware
+        self._memory_s = GROUND_STATION_MEMORY_S * speed
         self._encoder = encoder
         self._schedule = schedule
         self.events = EventBuffer()
@@ -63,7 +68,7 @@ class Voice:
 
     def hear_station(self, link: Hashable, now: float) -> bool:
         """Remember a ground station's heartbeat; return whether it was not heard of late."""
-        greets = now >= self._heard.get(link, -math.inf) + GROUND_STATION_MEMORY_S
+        greets = now >= self._heard.get(link, -math.inf) + self._memory_s
         self._heard[link] = now
         return greets
 
@@ -87,15 +92,19 @@ class Voice:
                     self.say(reply.to.link, *message_of(reply))
 
     def _text(self, text: Text, now: float) -> None:
-        if self._firmware.statustext_needs_heartbeat:
-            self._text_id = self._text_id % 65535 + 1
-        frame = self._encoder.encode(
-            mavlink.MAVLink_statustext_message(text.severity, text.text.encode()[:50], self._text_id, 0)
-        )
+        said = text.text.encode()
+        chunks = [said[at : at + TEXT_CHUNK] for at in range(0, max(len(said), 1), TEXT_CHUNK)]
+        number = 0
+        if self._firmware.statustext_needs_heartbeat or len(chunks) > 1:
+            self._text_id = number = self._text_id % 65535 + 1
+        frames = [
+            self._encoder.encode(mavlink.MAVLink_statustext_message(text.severity, chunk, number, at))
+            for at, chunk in enumerate(chunks)
+        ]
         for link in self._schedule.links() if text.link is None else [text.link]:
             heard = self._heard.get(link, -math.inf)
-            if not self._firmware.statustext_needs_heartbeat or now < heard + GROUND_STATION_MEMORY_S:
-                self._outbox.append((link, frame))
+            if not self._firmware.statustext_needs_heartbeat or now < heard + self._memory_s:
+                self._outbox += [(link, frame) for frame in frames]
 
     def repeat(self, now: float) -> None:
         """Tell the item reached last once more, if it is time."""
