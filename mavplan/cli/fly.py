@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from mavplan.cli.kinds import Files
-from mavplan.cli.link_options import link_options, open_link
+from mavplan.cli.link_options import home_options, link_options, open_link
 from mavplan.errors import ExitCode, InputError, Problem, RefusedError
 
 if TYPE_CHECKING:
@@ -33,23 +33,7 @@ INTERRUPTED = 130
     count=True,
     help="Do not ask before arming. Given twice: nor about an end that does not come home.",
 )
-@click.option(
-    "--max-home-distance",
-    "max_home_distance_m",
-    type=click.FloatRange(min=0),
-    default=500.0,
-    show_default=True,
-    metavar="M",
-    help="Refuse a vehicle whose home or place is further from the mission's home, in metres.",
-)
-@click.option(
-    "--max-home-height",
-    "max_home_height_m",
-    type=click.FloatRange(min=0),
-    show_default="30; 10 for a plan over terrain",
-    metavar="M",
-    help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
-)
+@home_options("home or place")
 @click.option(
     "--min-battery",
     "min_battery_percent",

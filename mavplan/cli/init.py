@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from mavplan.errors import InputError, Problem
+from mavplan.cli.new_folder import make_folder
 from mavplan.formats.atomic import write_all
 
 TEMPLATE = ("scenario.toml", "users.csv")
@@ -39,20 +39,8 @@ def write_template(folder: Path) -> tuple[Path, Path]:
     InputError
         Something is in the way.
     """
-    targets = {folder / name: template_text(name) for name in TEMPLATE}
-    in_the_way = [
-        Problem(str(path), "is there already and is not overwritten; name another folder", "exists")
-        for path in targets
-        if path.exists() or path.is_symlink()
-    ]
-    if in_the_way:
-        raise InputError(in_the_way)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        message = f"the folder cannot be made: {error.strerror or error}"
-        raise InputError([Problem(str(folder), message, "no-folder")]) from error
-    write_all(targets.items())
+    targets = make_folder(folder, TEMPLATE)
+    write_all(zip(targets, map(template_text, TEMPLATE), strict=True))
     scenario, users = targets
     return scenario, users
 

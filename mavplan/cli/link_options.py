@@ -67,6 +67,35 @@ def link_options(
     return add
 
 
+def home_options(what: str) -> Callable[[_Command], _Command]:
+    """Return what adds ``--max-home-distance`` and ``--max-home-height`` to a command; ``what`` must be near."""
+
+    def add(command: _Command) -> _Command:
+        for option in (
+            click.option(
+                "--max-home-height",
+                "max_home_height_m",
+                type=click.FloatRange(min=0),
+                show_default="30; 10 for a plan over terrain",
+                metavar="M",
+                help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
+            ),
+            click.option(
+                "--max-home-distance",
+                "max_home_distance_m",
+                type=click.FloatRange(min=0),
+                default=500.0,
+                show_default=True,
+                metavar="M",
+                help=f"Refuse a vehicle whose {what} is further from the mission's home, in metres.",
+            ),
+        ):
+            command = option(command)
+        return command
+
+    return add
+
+
 def via_option(command: _Command) -> _Command:
     """Add ``--via`` to a command."""
     return click.option(

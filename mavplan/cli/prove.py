@@ -5,25 +5,11 @@ from pathlib import Path
 import click
 
 from mavplan.cli.kinds import Files
+from mavplan.cli.track_options import track_options
 
 
 @click.command("prove", short_help="Work out from a flight's log what every user received.")
-@click.argument("track", type=Files(".tlog", ".bin", ".ulg", ".csv"))
-@click.option(
-    "--plan",
-    "plan_file",
-    required=True,
-    type=Files(".mavplan.json", ".plan", ".waypoints"),
-    metavar="FILE",
-    help="The plan that was flown: X.mavplan.json, or the mission file beside it.",
-)
-@click.option("--system", type=click.IntRange(1, 255), help="The vehicle, where a tlog holds several.")
-@click.option(
-    "--in-flight/--no-in-flight",
-    "in_flight",
-    default=None,
-    help="Count what users receive between stops, or not. Default: where the plan counts on it.",
-)
+@track_options
 @click.option(
     "-o",
     "--output",

@@ -4,30 +4,15 @@ from pathlib import Path
 
 import click
 
-from mavplan.cli.kinds import Files
-from mavplan.errors import InputError, Problem
+from mavplan.cli.new_folder import make_folder
+from mavplan.cli.track_options import track_options
 
 FILES = ("scenario.toml", "users.csv")
 """What is written, as ``mavplan init`` names it."""
 
 
 @click.command("replan", short_help="Make a scenario of the users not yet served.")
-@click.argument("track", type=Files(".tlog", ".bin", ".ulg", ".csv"))
-@click.option(
-    "--plan",
-    "plan_file",
-    required=True,
-    type=Files(".mavplan.json", ".plan", ".waypoints"),
-    metavar="FILE",
-    help="The plan that was flown: X.mavplan.json, or the mission file beside it.",
-)
-@click.option("--system", type=click.IntRange(1, 255), help="The vehicle, where a tlog holds several.")
-@click.option(
-    "--in-flight/--no-in-flight",
-    "in_flight",
-    default=None,
-    help="Count what users receive between stops, or not. Default: where the plan counts on it.",
-)
+@track_options
 @click.option(
     "-o",
     "--output",
@@ -78,19 +63,7 @@ def replan_command(
         )
         answer({"users_left": 0, "relays": 0, "left_mbit": 0.0, "written": []})
         return
-    targets = [folder / name for name in FILES]
-    in_the_way = [
-        Problem(str(path), "is there already and is not overwritten; name another folder", "exists")
-        for path in targets
-        if path.exists() or path.is_symlink()
-    ]
-    if in_the_way:
-        raise InputError(in_the_way)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        message = f"the folder cannot be made: {error.strerror or error}"
-        raise InputError([Problem(str(folder), message, "no-folder")]) from error
+    targets = make_folder(folder, FILES)
     remark = (
         f"The users that {track.name} left over of {plan_file.name}, each with what it still needs.\n\n"
         f"  mavplan plan {targets[0].name}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from mavplan.cli.kinds import Files
-from mavplan.cli.link_options import check_via, link_options, open_link, via_option
+from mavplan.cli.link_options import check_via, home_options, link_options, open_link, via_option
 from mavplan.errors import MavplanError, Problem
 
 if TYPE_CHECKING:
@@ -24,23 +24,7 @@ if TYPE_CHECKING:
     "--autopilot", type=click.Choice(["ardupilot", "px4"]), help="The firmware, where FILE does not say."
 )
 @click.option("--allow-armed", is_flag=True, help="Write also to a vehicle that is armed.")
-@click.option(
-    "--max-home-distance",
-    "max_home_distance_m",
-    type=click.FloatRange(min=0),
-    default=500.0,
-    show_default=True,
-    metavar="M",
-    help="Refuse a vehicle whose home is further from the mission's, in metres.",
-)
-@click.option(
-    "--max-home-height",
-    "max_home_height_m",
-    type=click.FloatRange(min=0),
-    show_default="30; 10 for a plan over terrain",
-    metavar="M",
-    help="Refuse a vehicle whose home is so much higher or lower than the mission's, in metres.",
-)
+@home_options("home")
 @via_option
 def upload_command(
     file: Path,

@@ -5,6 +5,7 @@ from event to event and nothing happens between them.
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 
@@ -15,7 +16,7 @@ WATCH_S = 0.5
 """How often the watch looks."""
 
 
-class Agenda:
+class Agenda(ABC):
     """Steps, timers and a watch."""
 
     def __init__(self) -> None:
@@ -89,6 +90,6 @@ class Agenda:
         self._watch_at = FAR_S
         self._plan()
 
+    @abstractmethod
     def look(self, at: float) -> None:
         """Do what the watch does."""
-        raise NotImplementedError

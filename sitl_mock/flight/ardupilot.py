@@ -5,6 +5,7 @@ in simulation.
 """
 
 import math
+from abc import abstractmethod
 
 from sitl_mock.feasibility import breaks_fence
 from sitl_mock.flight import ardupilot_legs as legs
@@ -177,13 +178,13 @@ class ArduPilotPilot(Pilot):
         else:
             self.do(at)
 
+    @abstractmethod
     def may_fly_mission(self) -> bool:
         """Return whether AUTO may be entered, and say why not."""
-        raise NotImplementedError
 
+    @abstractmethod
     def resume_mission(self, at: float) -> None:
         """Go on with the mission, in the air."""
-        raise NotImplementedError
 
     def leave_mission(self) -> None:
         """Stop the mission where it is."""

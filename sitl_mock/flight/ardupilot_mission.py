@@ -8,11 +8,12 @@ import math
 from dataclasses import dataclass
 
 from sitl_mock.flight import ardupilot_legs as legs
-from sitl_mock.flight.agenda import FAR_S, Step
+from sitl_mock.flight.agenda import FAR_S
 from sitl_mock.flight.ardupilot import ACCEPTED, DENIED, FAILED, THERE_M
 from sitl_mock.flight.ardupilot_orders import ArduPilotOrderedPilot
 from sitl_mock.flight.body import Part, Vector, minus, unit
 from sitl_mock.flight.curves import Pieces, s_curve
+from sitl_mock.flight.item_steps import ItemSteps
 from sitl_mock.flight.modes import Copter
 from sitl_mock.flight.orders import Order
 from sitl_mock.flight.pilot import MAX_DO_ITEMS
@@ -66,7 +67,7 @@ class _Leg:
     accel: float
 
 
-class ArduPilotMissionPilot(ArduPilotOrderedPilot):
+class ArduPilotMissionPilot(ItemSteps, ArduPilotOrderedPilot):
     """ArduCopter with its mission."""
 
     _speed: legs.Limits | None = None
@@ -109,7 +110,7 @@ class ArduPilotMissionPilot(ArduPilotOrderedPilot):
         seq = 1 if self.vehicle.mission_finished else max(self.vehicle.current_seq, 1)
         self.vehicle.mission_finished, self._paused = False, False
         self.vehicle.mission_running = True
-        self._go_on(seq, None, at)
+        self.go_on(seq, None, at)
 
     def leave_mission(self) -> None:
         """Forget the leg ahead; the item number stays."""
@@ -122,7 +123,7 @@ class ArduPilotMissionPilot(ArduPilotOrderedPilot):
             return False
         self.vehicle.current_seq = seq
         if self.vehicle.mission_running:
-            self._go_on(max(seq, 1), None, now)
+            self.go_on(max(seq, 1), None, now)
         return True
 
     def pause(self, now: float, *, stop: bool) -> bool:
@@ -134,7 +135,7 @@ class ArduPilotMissionPilot(ArduPilotOrderedPilot):
             self._ahead = None
             self.do(now)
         elif not stop and self._paused:
-            self._go_on(max(self.vehicle.current_seq, 1), None, now)
+            self.go_on(max(self.vehicle.current_seq, 1), None, now)
         self._paused = stop
         return True
 
@@ -156,7 +157,7 @@ class ArduPilotMissionPilot(ArduPilotOrderedPilot):
 
     # From item to item
 
-    def _go_on(self, seq: int, done: int | None, at: float) -> None:
+    def go_on(self, seq: int, done: int | None, at: float) -> None:
         """Do the items without a place from `seq` on, report, and begin the next one with a place."""
         between: list[StoredItem] = []
         item = self.missions.item(seq)
@@ -213,15 +214,17 @@ class ArduPilotMissionPilot(ArduPilotOrderedPilot):
                 at,
                 lambda begun: self._leg(item, begun),
                 self.calm,
-                self._arrived(seq, seconds),
-                self._next(seq),
+                self.hold_step(seq, seconds),
+                self.leave_step(seq),
             )
 
         match item.command:
             case 22:
                 up = self.target(item, at)[2]
                 delay_s = 0.0 if self.vehicle.flying else legs.TAKEOFF_DELAY_S
-                self.do(at, self.takeoff(up, delay_s), self.in_air, self._arrived(seq, 0.0), self._next(seq))
+                self.do(
+                    at, self.takeoff(up, delay_s), self.in_air, self.hold_step(seq, 0.0), self.leave_step(seq)
+                )
             case 16 | 19:
                 hold(item.param1)
             case 18:
@@ -231,32 +234,18 @@ class ArduPilotMissionPilot(ArduPilotOrderedPilot):
             case 17:
                 hold(FAR_S)
             case 93:
-                self.do(at, self._arrived(seq, max(item.param1, 0.0)), self._next(seq))
+                self.do(at, self.hold_step(seq, max(item.param1, 0.0)), self.leave_step(seq))
             case 20:
                 self._speed = None
-                self.do(at, *self.return_steps(), self._next(seq))
+                self.do(at, *self.return_steps(), self.leave_step(seq))
             case 21:
                 self.do(
                     at,
                     lambda begun: self._land_place(item, begun),
                     self.calm,
                     *self.landing_steps(),
-                    self._next(seq),
+                    self.leave_step(seq),
                 )
-
-    def _arrived(self, seq: int, seconds: float) -> Step:
-        def hold(at: float) -> float:
-            self.strike(seq, at)
-            return at + self.hold_s(seq, seconds)
-
-        return hold
-
-    def _next(self, seq: int) -> Step:
-        def go(at: float) -> float:
-            self._go_on(seq + 1, seq, at)
-            return at
-
-        return go
 
     # Legs
 

@@ -1,6 +1,7 @@
 """The commands that ArduCopter takes: COMMAND_LONG and COMMAND_INT, each with the result it is answered with."""
 
 import math
+from abc import abstractmethod
 
 from sitl_mock.flight import ardupilot_legs as legs
 from sitl_mock.flight.ardupilot import ACCEPTED, DENIED, FAILED, ArduPilotPilot
@@ -74,14 +75,14 @@ class ArduPilotOrderedPilot(ArduPilotPilot):
         self.do(now, lambda at: self.fly(place, at, self.limits()))
         return ACCEPTED
 
+    @abstractmethod
     def start_mission(self, order: Order, now: float) -> int:
         """Carry out MISSION_START."""
-        raise NotImplementedError
 
+    @abstractmethod
     def change_speed(self, kind: float, speed: float) -> bool:
         """Carry out DO_CHANGE_SPEED."""
-        raise NotImplementedError
 
+    @abstractmethod
     def pause(self, now: float, *, stop: bool) -> bool:
         """Carry out DO_PAUSE_CONTINUE."""
-        raise NotImplementedError

@@ -2,16 +2,17 @@
 
 import math
 import random
+from abc import abstractmethod
 from dataclasses import dataclass, field
 
 from sitl_mock.firmware import Firmware
 from sitl_mock.flight.agenda import FAR_S, WATCH_S, Agenda
-from sitl_mock.flight.air import Wander, Wind, gust
+from sitl_mock.flight.air import Wander, Wind
 from sitl_mock.flight.battery import Battery
 from sitl_mock.flight.body import Body, Part, Vector
 from sitl_mock.flight.curves import Pieces
 from sitl_mock.flight.earth import Tangent
-from sitl_mock.flight.faults import AtItem, FlightFaults
+from sitl_mock.flight.faults import FlightFaults
 from sitl_mock.flight.orders import Order, Sample
 from sitl_mock.flight.power import REFERENCE_MASS_KG, electric_w
 from sitl_mock.flight.verticals import fall
@@ -300,44 +301,13 @@ class Pilot(Agenda):
         return at + PUSHED_LOOK_S
 
     @property
+    @abstractmethod
     def radius_m(self) -> float:
         """Return how near is there."""
-        raise NotImplementedError
 
-    def hold_s(self, seq: int, seconds: float) -> float:
-        """Return the hold of an item as it will be flown."""
-        return max(seconds / 2 if self.setting.faults.hold_cut == seq else seconds, ITEM_S)
-
-    def strike(self, seq: int, at: float) -> None:
-        """Let happen what is to happen at this item; each once a flight."""
-        faults = self.setting.faults
-        if self._strikes("gust", faults.gust, seq) and faults.gust is not None:
-            self.body.push(gust(at, faults.gust.amount, self.chance))
-        if self._strikes("battery", faults.battery_drop, seq):
-            self.battery.used_wh += self.battery.capacity_wh * self.battery.left / 2
-        if self._strikes("position", faults.position_lost, seq) and faults.position_lost is not None:
-            self._lost_until = at + faults.position_lost.amount
-        if self._strikes("crash", faults.crash, seq):
-            self.crashed(at)
-
-    def _strikes(self, name: str, fault: AtItem | int | None, seq: int) -> bool:
-        where = fault.item if isinstance(fault, AtItem) else fault
-        if where != seq or name in self._struck:
-            return False
-        self._struck.add(name)
-        return True
-
+    @abstractmethod
     def crashed(self, at: float) -> None:
         """Say what the firmware says of a crash, and fall."""
-        raise NotImplementedError
-
-    def jump(self, item: StoredItem) -> int | None:
-        """Return where a DO_JUMP leads, None once it has been done as often as it says."""
-        done = self._jumps.get(item.seq, 0)
-        if 0 <= item.param2 <= done:
-            return None
-        self._jumps[item.seq] = done + 1
-        return int(item.param1)
 
     # The watch
 
@@ -368,31 +338,31 @@ class Pilot(Agenda):
         self.lay_down_arms(at)
         return FAR_S
 
+    @abstractmethod
     def low_battery(self) -> float:
         """Return the share that is left when the failsafe acts."""
-        raise NotImplementedError
 
+    @abstractmethod
     def battery_low(self, at: float) -> None:
         """Do what the firmware does then."""
-        raise NotImplementedError
 
+    @abstractmethod
     def watch_fence(self, at: float) -> None:
         """Do what the firmware does about a fence that is broken."""
-        raise NotImplementedError
 
     # What it is told
 
+    @abstractmethod
     def order(self, order: Order, now: float) -> tuple[int, ...]:
         """Carry out a command and return the results of its COMMAND_ACKs; none where it does not know it."""
-        raise NotImplementedError
 
+    @abstractmethod
     def set_mode(self, custom_mode: int, now: float) -> bool:
         """Change the flight mode; False where that may not be."""
-        raise NotImplementedError
 
     def mission_changed(self, now: float) -> None:
         """Take notice of another mission in the vehicle."""
 
+    @abstractmethod
     def set_current(self, seq: int, now: float) -> bool:
         """Go on with another item; False where there is none."""
-        raise NotImplementedError

@@ -5,6 +5,7 @@ Its orders are in `px4_orders`, its mission in `px4_mission`. Measured on PX4 ma
 
 import math
 import random
+from abc import abstractmethod
 
 from sitl_mock.feasibility import breaks_fence
 from sitl_mock.flight import px4_legs as legs
@@ -201,9 +202,9 @@ class Px4Pilot(Pilot):
             self.halt(at)
             self.do(at)
 
+    @abstractmethod
     def fly_mission(self, at: float) -> None:
         """Fly the mission from the item it is at."""
-        raise NotImplementedError
 
     def leave_mission(self) -> None:
         """Stop the mission where it is."""

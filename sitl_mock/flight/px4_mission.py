@@ -9,6 +9,7 @@ import math
 from sitl_mock.flight import px4_legs as legs
 from sitl_mock.flight.agenda import FAR_S, Step
 from sitl_mock.flight.body import Vector
+from sitl_mock.flight.item_steps import ItemSteps
 from sitl_mock.flight.modes import Px4
 from sitl_mock.flight.pilot import MAX_DO_ITEMS
 from sitl_mock.flight.px4 import ACCEPTED, DENIED, TEXT_DELAY_S
@@ -23,7 +24,7 @@ ACTING = PLACES | {RTL, DELAY}
 VERDICT_LATER_S = 0.05
 
 
-class Px4MissionPilot(Px4OrderedPilot):
+class Px4MissionPilot(ItemSteps, Px4OrderedPilot):
     """PX4 with its mission."""
 
     _speed: float | None = None
@@ -58,7 +59,7 @@ class Px4MissionPilot(Px4OrderedPilot):
         self.vehicle.mission_running = True
         self._flown_revision = self.missions.revision
         self.later(at + TEXT_DELAY_S, lambda _: self.text("Executing Mission\t"))
-        self._go_on(self.vehicle.current_seq, None, at)
+        self.go_on(self.vehicle.current_seq, None, at)
 
     def leave_mission(self) -> None:
         """Leave the mission; the item number stays."""
@@ -75,7 +76,7 @@ class Px4MissionPilot(Px4OrderedPilot):
         if self.missions.item(self.vehicle.current_seq) is None:
             self._finish(now)
         else:
-            self._go_on(self.vehicle.current_seq, None, now)
+            self.go_on(self.vehicle.current_seq, None, now)
 
     def _heed_verdict(self, at: float) -> None:
         """Stop flying a new mission that was judged infeasible."""
@@ -89,7 +90,7 @@ class Px4MissionPilot(Px4OrderedPilot):
         self.vehicle.current_seq = seq
         self.vehicle.mission_finished = False
         if self.vehicle.mission_running:
-            self._go_on(seq, None, now)
+            self.go_on(seq, None, now)
         return True
 
     def change_speed(self, kind: float, speed: float) -> bool:
@@ -101,7 +102,7 @@ class Px4MissionPilot(Px4OrderedPilot):
 
     # From item to item
 
-    def _go_on(self, seq: int, done: int | None, at: float) -> None:
+    def go_on(self, seq: int, done: int | None, at: float) -> None:
         """Do the items without a place from `seq` on, report, and begin the next one that is flown."""
         item = self.missions.item(seq)
         for _ in range(MAX_DO_ITEMS):
@@ -160,15 +161,22 @@ class Px4MissionPilot(Px4OrderedPilot):
             climbs = (self.climb(place[2]), self.in_air)
         match item.command:
             case 22 | 84:
-                self.do(at, *climbs, self._go(place, None), self.calm, self._hold(seq, 0.0), self._next(seq))
+                self.do(
+                    at,
+                    *climbs,
+                    self._go(place, None),
+                    self.calm,
+                    self.hold_step(seq, 0.0),
+                    self.leave_step(seq),
+                )
             case 21 | 85:
                 above = self._go_above(place)
                 *down, disarm = self.landing_steps()
                 self.do(at, *climbs, above, self.calm, *down, self._landed(seq), disarm)
             case 93:
-                self.do(at, *climbs, self._hold(seq, max(item.param1, 0.0)), self._next(seq))
+                self.do(at, *climbs, self.hold_step(seq, max(item.param1, 0.0)), self.leave_step(seq))
             case 17:
-                self.do(at, *climbs, self._go(place, None), self.calm, self._hold(seq, FAR_S))
+                self.do(at, *climbs, self._go(place, None), self.calm, self.hold_step(seq, FAR_S))
             case _:
                 seconds = item.param1 if item.param1 > 0 and item.command in {WAYPOINT, LOITER_TIME} else 0.0
                 through = self._after(seq, at) if seconds == 0 else None
@@ -177,8 +185,8 @@ class Px4MissionPilot(Px4OrderedPilot):
                     *climbs,
                     self._go(place, through),
                     self.calm,
-                    self._hold(seq, seconds),
-                    self._next(seq),
+                    self.hold_step(seq, seconds),
+                    self.leave_step(seq),
                 )
 
     def _go(self, place: Vector, through: Vector | None) -> Step:
@@ -193,20 +201,6 @@ class Px4MissionPilot(Px4OrderedPilot):
         while item is not None and item.command not in ACTING and item.command != JUMP:
             item = self.missions.item(item.seq + 1)
         return self.target(item, at) if item is not None and item.command in PLACES else None
-
-    def _hold(self, seq: int, seconds: float) -> Step:
-        def hold(at: float) -> float:
-            self.strike(seq, at)
-            return at + self.hold_s(seq, seconds)
-
-        return hold
-
-    def _next(self, seq: int) -> Step:
-        def go(at: float) -> float:
-            self._go_on(seq + 1, seq, at)
-            return at
-
-        return go
 
     def _landed(self, seq: int) -> Step:
         def landed(at: float) -> float:

@@ -1,6 +1,7 @@
 """The commands that PX4 takes: COMMAND_LONG and COMMAND_INT, each with the result it is answered with."""
 
 import math
+from abc import abstractmethod
 
 from sitl_mock.flight import px4_legs as legs
 from sitl_mock.flight.modes import Px4
@@ -82,10 +83,10 @@ class Px4OrderedPilot(Px4Pilot):
             self.do(now, lambda at: self.fly(place, at, self.cruise()))
         return ACCEPTED
 
+    @abstractmethod
     def start_mission(self, now: float) -> int:
         """Carry out MISSION_START."""
-        raise NotImplementedError
 
+    @abstractmethod
     def change_speed(self, kind: float, speed: float) -> bool:
         """Carry out DO_CHANGE_SPEED."""
-        raise NotImplementedError
