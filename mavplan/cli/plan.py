@@ -54,7 +54,12 @@ class SortieCount(click.ParamType[int | str]):
 
 @click.command("plan", short_help="Plan stops, order and holds, and write the mission.")
 @click.argument("scenario", type=Files(".toml", dash=True))
-@click.option("--planner", type=Planner(), help="Planner, instead of the scenario's: tloaik.")
+@click.option(
+    "--planner",
+    type=Planner(),
+    help="tloaik, stoaik, boaik, sbw, length (the shortest path) or time (the least mission time), "
+    "instead of the scenario's: tloaik.",
+)
 @click.option("--clusters", type=Clusters(), help="Number of clusters or 'auto', instead of the scenario's.")
 @click.option(
     "--time-limit",
