@@ -26,7 +26,7 @@ def test_the_exit_codes_are_all_spoken_for():
     kinds = [
         kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, MavplanError)
     ]
-    assert sorted(kind.exit_code for kind in kinds) == [
+    assert sorted({kind.exit_code for kind in kinds}) == [
         code for code in ExitCode if code is not ExitCode.DONE
     ]
 
