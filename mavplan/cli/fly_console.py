@@ -16,7 +16,7 @@ from mavplan.flight.conductor import FlySession
 from mavplan.flight.orders import Order
 from mavplan.flight.phases import Phase
 from mavplan.flight.session import STARTING
-from mavplan.link.transfer import Progress
+from mavplan.link.outbox import Progress
 from mavplan.mission.autopilots import AUTOPILOTS
 
 if TYPE_CHECKING:

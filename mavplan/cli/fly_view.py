@@ -8,7 +8,7 @@ from mavplan.flight.phases import Phase
 from mavplan.flight.picture import Picture
 from mavplan.flight.preflight import Check
 from mavplan.flight.report import FlightEvent, FlightReport
-from mavplan.link.transfer import Progress
+from mavplan.link.outbox import Progress
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

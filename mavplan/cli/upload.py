@@ -12,8 +12,8 @@ from mavplan.cli.link_options import check_via, home_options, link_options, open
 from mavplan.errors import MavplanError, Problem
 
 if TYPE_CHECKING:
+    from mavplan.link.outbox import Progress
     from mavplan.link.report import UploadReport
-    from mavplan.link.transfer import Progress
     from mavplan.mission.readback import Difference
 
 

@@ -23,10 +23,10 @@ from mavplan.flight.report import FlightEvent, FlightReport
 from mavplan.flight.session import FlightSession
 from mavplan.flight.survey import Held
 from mavplan.link.discovery import Vehicle
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import GROUND, Message
 from mavplan.link.report import UploadReport
 from mavplan.link.session import Session
-from mavplan.link.transfer import Progress
 from mavplan.link.upload_session import UploadSession
 from mavplan.link.verify_session import VerifySession
 

@@ -4,6 +4,7 @@ from mavplan.flight.manners import FlightManners
 from mavplan.flight.orders import Order, OrderCall
 from mavplan.flight.telemetry import Telemetry
 from mavplan.flight.watching import Happened, Watching
+from mavplan.link.outbox import Outbox
 from mavplan.link.protocol import Address, Message
 from mavplan.link.transfer import Pace
 from mavplan.mission.autopilots import AutopilotRules
@@ -13,7 +14,7 @@ WORST_TOLD = 5
 """MAV_SEVERITY of the texts that are told to people: notices and worse."""
 
 
-class InFlight:
+class InFlight(Outbox):
     """One flight from its start on.
 
     Parameters
@@ -47,7 +48,7 @@ class InFlight:
         self._rules, self._manners, self._end = rules, manners, end
         self._us, self._telemetry, self._pace = us, telemetry, pace
         self._order: OrderCall | None = None
-        self._outbox: list[Message] = []
+        super().__init__()
 
     def order(self, order: Order) -> None:
         """Take an order of the user's; it takes the place of the one before."""
@@ -89,11 +90,6 @@ class InFlight:
             if text.severity <= WORST_TOLD and text.at >= self._since
         ]
         return [*self._on_order(now), *told, *self.watching.tick(now)]
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float | None:
         """Time of the next `tick` that matters."""

@@ -20,6 +20,7 @@ from mavplan.flight.preflight import is_arming_text
 from mavplan.flight.rewind import Rewind
 from mavplan.flight.telemetry import Telemetry
 from mavplan.link.modes import CUSTOM_MODE, mode_name
+from mavplan.link.outbox import Outbox
 from mavplan.link.protocol import Address, Message
 from mavplan.link.transfer import Pace
 from mavplan.mission.autopilots import AutopilotRules
@@ -43,7 +44,7 @@ SETTLE_S = 4.0
 """After giving up: so long a command that is late on its way may still arrive."""
 
 
-class Launch:
+class Launch(Outbox):
     """One start of one vehicle.
 
     Parameters
@@ -103,7 +104,7 @@ class Launch:
         self._armed_by_answer = False
         self._was_armed = False
         self._quiet_at = -math.inf
-        self._outbox: list[Message] = []
+        super().__init__()
         self._at = now
 
     # -- the outside ------------------------------------------------------------------------------------------
@@ -116,11 +117,6 @@ class Launch:
     def break_off(self, reason: str) -> None:
         """Ask for nothing more; what was sent may still have its effect."""
         self._broken_off = self._broken_off or reason
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float:
         """Time of the next `tick` that matters."""

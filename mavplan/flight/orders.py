@@ -10,6 +10,7 @@ from mavplan.flight.command import CommandCall, CommandResult, command_result_wo
 from mavplan.flight.manners import FlightManners, set_mode
 from mavplan.flight.telemetry import Telemetry
 from mavplan.link.modes import CUSTOM_MODE, mode_name
+from mavplan.link.outbox import Outbox
 from mavplan.link.protocol import Address, Message
 from mavplan.link.transfer import Pace
 from mavplan.mission.model import Autopilot
@@ -28,7 +29,7 @@ class Order(Enum):
     RETURN = "return"
 
 
-class OrderCall:
+class OrderCall(Outbox):
     """One order until it is done, refused, or somebody else has decided otherwise.
 
     Parameters
@@ -70,7 +71,7 @@ class OrderCall:
         self._telemetry = telemetry
         self._pace = pace
         self._call = CommandCall(set_mode(autopilot, self._modes[0]), vehicle, us)
-        self._outbox: list[Message] = []
+        super().__init__()
         self._ticked_at = -math.inf
 
     @property
@@ -100,11 +101,6 @@ class OrderCall:
             self._refused(call.result)
         else:
             self._send(now)
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float:
         """Time of the next `tick` that matters."""

@@ -6,6 +6,7 @@ from pymavlink.dialects.v20 import common
 
 from mavplan.flight.manners import FlightManners
 from mavplan.flight.telemetry import Telemetry
+from mavplan.link.outbox import Outbox
 from mavplan.link.protocol import Message
 from mavplan.link.transfer import Pace
 
@@ -13,7 +14,7 @@ REWIND_S = 15.0
 AGAIN_S = 1.0
 
 
-class Rewind:
+class Rewind(Outbox):
     """Sees at which item a vehicle would start, and sets it to the first until it says that it is there.
 
     Parameters
@@ -34,7 +35,7 @@ class Rewind:
         self._deadline = now + REWIND_S
         self._ask_at = now
         self._stood_at: int | None = None
-        self._outbox: list[Message] = []
+        super().__init__()
 
     @property
     def done(self) -> bool:
@@ -70,11 +71,6 @@ class Rewind:
             vehicle.system, vehicle.component, self._manners.first_seq
         )
         self._outbox.append(to_first)
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def _told(self) -> int | None:
         mission = self._telemetry.mission

@@ -26,9 +26,9 @@ from mavplan.flight.telemetry import Battery, Position, Telemetry
 from mavplan.flight.watching import Watching
 from mavplan.link.discovery import Vehicle
 from mavplan.link.modes import mode_name
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import Message, sender
 from mavplan.link.session import Session
-from mavplan.link.transfer import Progress
 from mavplan.mission.model import Mission
 
 FLIGHT_SHARE, FLIGHT_S = 1.5, 120.0

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import common
 
 from mavplan.flight.command import CommandCall, CommandLong, CommandResult
+from mavplan.link.outbox import Outbox
 from mavplan.link.protocol import Address, Message, sender
 from mavplan.link.transfer import Pace
 
@@ -65,7 +66,7 @@ class _Asked:
     refused: bool = False
 
 
-class Streams:
+class Streams(Outbox):
     """Keeps the wanted messages of one vehicle coming.
 
     Parameters
@@ -86,7 +87,7 @@ class Streams:
         self._state = {stream.name: _Asked() for stream in wanted}
         self._heard_at: float | None = None
         self._call: tuple[str, CommandCall] | None = None
-        self._outbox: list[Message] = []
+        super().__init__()
         self._at = 0.0
 
     def forget(self) -> None:
@@ -123,11 +124,6 @@ class Streams:
         name = min(self._due(now), default=None, key=self._asked_at)
         if name is not None:
             self._ask(self._streams[name], now)
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float:
         """Time of the next `tick` that matters."""

@@ -10,10 +10,10 @@ from mavplan.errors import RefusedError, UncertainError
 from mavplan.link.clear import Clear, ClearEnd
 from mavplan.link.count import LIST_AGAIN_S, Count
 from mavplan.link.discovery import Vehicle
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import Address, Message, result_words
 from mavplan.link.report import THINGS, told_besides
 from mavplan.link.session import Session
-from mavplan.link.transfer import Progress
 from mavplan.link.upload_session import armed_refusal
 from mavplan.mission.model import Autopilot
 

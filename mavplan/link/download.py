@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from mavplan.link.manners import Manners
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import (
     Address,
     Message,
@@ -20,7 +21,7 @@ from mavplan.link.protocol import (
     opaque_id,
     received_item,
 )
-from mavplan.link.transfer import Move, Pace, Progress, State, Transfer
+from mavplan.link.transfer import Move, Pace, State, Transfer
 from mavplan.mission.wire import WireItem
 
 LIST_AGAIN_S = 0.5

@@ -18,10 +18,10 @@ from mavplan.errors import CheckError, Problem, RefusedError, UncertainError
 from mavplan.link.discovery import Vehicle, refusal
 from mavplan.link.download import Download, DownloadEnd
 from mavplan.link.home import HomeQuery
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import Message, MissionType, result_words
 from mavplan.link.report import THINGS
 from mavplan.link.session import Session
-from mavplan.link.transfer import Progress
 from mavplan.link.transfers import OWN, Transfers
 from mavplan.link.watch import Watch
 from mavplan.mission.fence_wire import fence_from_wire, rally_from_wire

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mavplan.link.download import Download, DownloadEnd
 from mavplan.link.manners import Manners
+from mavplan.link.outbox import Outbox
 from mavplan.link.parameters import ParameterQuery
 from mavplan.link.protocol import Address, Message, MissionType
 from mavplan.link.transfer import Pace
@@ -24,7 +25,7 @@ SWITCHES = ("FENCE_ENABLE", "FENCE_AUTOENABLE", "GF_ACTION")
 """While all of them are 0 it does not matter what areas the vehicle holds."""
 
 
-class FenceQuery:
+class FenceQuery(Outbox):
     """Asks one vehicle for its fence parameters and for the fence it holds.
 
     Parameters
@@ -65,7 +66,7 @@ class FenceQuery:
             deadline=self._deadline,
         )
         self._download: Download | None = None
-        self._outbox: list[Message] = []
+        super().__init__()
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -107,11 +108,6 @@ class FenceQuery:
             self.done = True
             if outcome.end is DownloadEnd.COMPLETE:
                 self.fence = fence_from_wire(outcome.items)[0] or Fence()
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float | None:
         """Time of the next `tick` that matters."""

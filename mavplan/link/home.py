@@ -8,6 +8,7 @@ this one.
 import math
 
 from mavplan.errors import Problem, RefusedError
+from mavplan.link.outbox import Outbox
 from mavplan.link.protocol import (
     GROUND,
     HOME_POSITION_ID,
@@ -37,7 +38,7 @@ EARTH_RADIUS_M = 6_371_008.8
 """Mean radius of WGS84 (IUGG R1)."""
 
 
-class HomeQuery:
+class HomeQuery(Outbox):
     """Asks a vehicle for HOME_POSITION until it tells, or has said often enough that it cannot.
 
     Parameters
@@ -72,7 +73,7 @@ class HomeQuery:
         self._noes = 0
         self._counts_answers = asked_alone
         self._us = us
-        self._outbox: list[Message] = []
+        super().__init__()
         self._over = False
 
     @property
@@ -102,11 +103,6 @@ class HomeQuery:
         elif now >= self._ask_at:
             self._ask_at = now + max(ASK_AGAIN_S, self._pace.repeat_s)
             self._outbox.append(request_message(self._vehicle, HOME_POSITION_ID))
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float | None:
         """Time of the next `tick` that matters."""

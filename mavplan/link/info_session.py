@@ -11,6 +11,7 @@ from mavplan.link.discovery import NO_AUTOPILOT, Vehicle
 from mavplan.link.fence_query import FenceQuery, judge_fence
 from mavplan.link.home import HomeQuery
 from mavplan.link.modes import MISSION_STATES, capability_names, mode_name, version_words
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import (
     AUTOPILOT_VERSION_ID,
     MISSION_CURRENT_ID,
@@ -23,7 +24,6 @@ from mavplan.link.protocol import (
 )
 from mavplan.link.report import THINGS
 from mavplan.link.session import Session
-from mavplan.link.transfer import Progress
 from mavplan.mission.model import Autopilot, HomePosition, Mission
 
 ASK_AGAIN_S = 0.5

@@ -11,9 +11,10 @@ from typing import Any
 from mavplan.errors import RefusedError
 from mavplan.link.download import BUSY_S, UNSUPPORTED_BELIEVED, Download, DownloadEnd, DownloadOutcome
 from mavplan.link.mavsdk import Operation, Result, Station
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import Address, Message, opaque_id
 from mavplan.link.protocol import Result as AckResult
-from mavplan.link.transfer import Move, Progress, State
+from mavplan.link.transfer import Move, State
 from mavplan.link.transfers import Transfers
 from mavplan.link.upload import PUT_OFF_S, Upload, UploadEnd, UploadOutcome
 

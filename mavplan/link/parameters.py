@@ -6,6 +6,7 @@ https://mavlink.io/en/services/parameter.html. A vehicle stays silent about a na
 import struct
 from collections.abc import Sequence
 
+from mavplan.link.outbox import Outbox
 from mavplan.link.protocol import Address, Message, param_request_read, payload_of, sender
 from mavplan.link.transfer import Pace
 
@@ -17,7 +18,7 @@ _BYTEWISE = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i", 9: "<f"}
 """MAV_PARAM_TYPE: how the first bytes of the value field are to be read where they travel bytewise."""
 
 
-class ParameterQuery:
+class ParameterQuery(Outbox):
     """Asks for parameters by name.
 
     Parameters
@@ -56,7 +57,7 @@ class ParameterQuery:
         self._deadline = deadline
         self._ask_at = now
         self._over = False
-        self._outbox: list[Message] = []
+        super().__init__()
 
     @property
     def done(self) -> bool:
@@ -97,11 +98,6 @@ class ParameterQuery:
             for name in wanted:
                 self._asked[name] += 1
                 self._outbox.append(param_request_read(self._vehicle, name))
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float | None:
         """Time of the next `tick` that matters."""

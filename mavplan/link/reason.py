@@ -6,7 +6,8 @@ mission was sent does not count, for it is about another one.
 
 from mavplan.link.event_log import Mark
 from mavplan.link.event_messages import request_event
-from mavplan.link.protocol import Address, Message
+from mavplan.link.outbox import Outbox
+from mavplan.link.protocol import Address
 from mavplan.link.px4_events import decides, reason_words
 from mavplan.link.transfer import Pace
 from mavplan.link.watch import Watch
@@ -16,7 +17,7 @@ PATIENCE_S = 8.0
 """The vehicle says every 3 s which number its last event had: after two of those it is not waited for any longer."""
 
 
-class Reason:
+class Reason(Outbox):
     """Collects what a vehicle says of a mission, and asks for what was lost.
 
     Parameters
@@ -40,7 +41,7 @@ class Reason:
         self._texts_before = 0
         self._asked_at: float | None = None
         self._ask_at = 0.0
-        self._outbox: list[Message] = []
+        super().__init__()
 
     def mission_sent(self) -> None:
         """Take note that the last item goes out; from the first time on the vehicle may speak of this mission."""
@@ -84,11 +85,6 @@ class Reason:
         if not self.done and missing is not None and now >= self._ask_at:
             self._ask_at = now + max(ASK_AGAIN_S, self._pace.repeat_s)
             self._outbox.append(request_event(self._vehicle, *missing))
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float | None:
         """Time of the next `tick` that matters."""

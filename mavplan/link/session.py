@@ -9,8 +9,9 @@ from abc import ABC, abstractmethod
 from mavplan.errors import MavplanError, RefusedError
 from mavplan.link.discovery import Discovery, Vehicle, refusal
 from mavplan.link.manners import MANNERS, Manners
+from mavplan.link.outbox import NotedOutbox, Progress
 from mavplan.link.protocol import GROUND, Message, heartbeat, timesync
-from mavplan.link.transfer import Pace, Progress
+from mavplan.link.transfer import Pace
 from mavplan.link.watch import Watch
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.mission.model import Autopilot
@@ -22,7 +23,7 @@ LINK_LOST_S = 30.0
 """Longer than a restart of the autopilot takes: nobody will answer any more."""
 
 
-class Session(ABC):
+class Session(NotedOutbox, ABC):
     """Work with one vehicle, from its first heartbeat to an outcome.
 
     Parameters
@@ -56,8 +57,8 @@ class Session(ABC):
         self._stamps: set[int] = set()
         self._round_trips = 0
         """Time stamps of ours that the vehicle has sent back: the link carried each both ways."""
-        self._outbox: list[Message] = []
-        self._notes: list[Progress] = [Progress("connecting")]
+        super().__init__()
+        self._notes.append(Progress("connecting"))
         self._watch: Watch | None = None
 
     # -- the outside ------------------------------------------------------------------------------------------
@@ -104,16 +105,6 @@ class Session(ABC):
         """End at once because the user wants it; before a vehicle is found there is nothing to say."""
         if not self.done and self._watch is not None:
             self._expire(now, "interrupted")
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now; each message once."""
-        messages, self._outbox = self._outbox, []
-        return messages
-
-    def events(self) -> list[Progress]:
-        """Return what has happened since the last call."""
-        notes, self._notes = self._notes, []
-        return notes
 
     def next_timer(self) -> float | None:
         """Time of the next `tick` that matters; None when all is over."""

@@ -21,10 +21,11 @@ from enum import Enum
 from mavplan.errors import MavplanError, RefusedError
 from mavplan.link.download import Download, DownloadEnd
 from mavplan.link.manners import Manners
+from mavplan.link.outbox import NotedOutbox, Progress
 from mavplan.link.protocol import Address, Message, MissionType, Result
 from mavplan.link.reason import Reason
 from mavplan.link.report import THINGS, broken_off, differing, infeasible, refused, unread, unsettled
-from mavplan.link.transfer import Pace, Progress, State
+from mavplan.link.transfer import Pace, State
 from mavplan.link.transfers import OWN, Transfers
 from mavplan.link.upload import UploadEnd, UploadOutcome
 from mavplan.link.verdict import Judgement, Verdict
@@ -76,7 +77,7 @@ class Stored:
     read_backs: int
 
 
-class Store:
+class Store(NotedOutbox):
     """Store one list on a vehicle, and know that it is there.
 
     Parameters
@@ -142,7 +143,7 @@ class Store:
         self._space: int | None = None
         self._read_backs = 0
         self._uploaded_at = now
-        self._outbox: list[Message] = []
+        super().__init__()
         self._notes = [Progress(f"uploading{self._suffix}", 0, len(self.items))]
         watch.mission_type = self.kind
         watch.space = None
@@ -180,16 +181,6 @@ class Store:
         for transfer in (self.upload, self._download):
             if transfer is not None:
                 self._notes += transfer.events()
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now; each message once."""
-        messages, self._outbox = self._outbox, []
-        return messages
-
-    def events(self) -> list[Progress]:
-        """Return what has happened since the last call."""
-        notes, self._notes = self._notes, []
-        return notes
 
     def timers(self) -> list[float | None]:
         """Return the times of the next ticks that matter."""

@@ -12,9 +12,9 @@ Upload, download and clear are in the modules of their names.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from enum import Enum
 
+from mavplan.link.outbox import NotedOutbox, Progress
 from mavplan.link.protocol import Address, Message, is_for, sender
 
 
@@ -80,26 +80,6 @@ class IllegalMoveError(Exception):
     """A move that `TRANSITIONS` does not hold: a fault of ours."""
 
 
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """A step that a person may want to see.
-
-    Attributes
-    ----------
-    phase
-        ``connecting``, ``uploading``, ``reading back``, ``downloading``, ``settling``.
-    done, total
-        Items; total 0 where it is not known yet.
-    note
-        Something out of the ordinary in a few words, or empty.
-    """
-
-    phase: str
-    done: int = 0
-    total: int = 0
-    note: str = ""
-
-
 class Pace:
     """How long to wait before a repeat: 0.25 s, or more where the link's own round trip is longer.
 
@@ -130,7 +110,7 @@ class Pace:
         return min(self.MOST_S, max(self.LEAST_S, 1.25 * self._mean_s + 0.05))
 
 
-class Transfer(ABC):
+class Transfer(NotedOutbox, ABC):
     """One transfer of one mission type between us and one vehicle.
 
     Parameters
@@ -167,8 +147,7 @@ class Transfer(ABC):
         self._ask_again_s = ask_again_s
         self._ask_at = now
         self._resume_at = deadline
-        self._outbox: list[Message] = []
-        self._notes: list[Progress] = []
+        super().__init__()
 
     # -- the outside ------------------------------------------------------------------------------------------
 
@@ -192,16 +171,6 @@ class Transfer(ABC):
             self._ask(now)
         if self.state is State.MOVING:
             self._on_moving(now)
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now; each message once."""
-        messages, self._outbox = self._outbox, []
-        return messages
-
-    def events(self) -> list[Progress]:
-        """Return what has happened since the last call."""
-        notes, self._notes = self._notes, []
-        return notes
 
     def next_timer(self) -> float | None:
         """Time of the next `tick` that matters; None when there is none."""

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from mavplan.link.manners import Manners
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import (
     PUT_OFF,
     REFUSES_ITEM,
@@ -29,7 +30,7 @@ from mavplan.link.protocol import (
     mission_item,
     opaque_id,
 )
-from mavplan.link.transfer import Move, Pace, Progress, State, Transfer
+from mavplan.link.transfer import Move, Pace, State, Transfer
 from mavplan.mission.wire import WireItem
 
 SAME_ITEM_S = 0.25

@@ -22,11 +22,11 @@ from mavplan.link.home import (
     home_refusal,
     no_home_warning,
 )
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import Message
 from mavplan.link.report import THINGS, UploadReport, told_besides
 from mavplan.link.session import Session
 from mavplan.link.store import Store, Stored
-from mavplan.link.transfer import Progress
 from mavplan.link.transfers import OWN, Transfers
 from mavplan.link.upload import Upload
 from mavplan.link.verdict import Judgement

@@ -12,10 +12,10 @@ from mavplan.link.codec import Codec
 from mavplan.link.connection import Connection
 from mavplan.link.download_session import DownloadSession
 from mavplan.link.home import MAX_HOME_DISTANCE_M, MAX_HOME_HEIGHT_M
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import MissionType, sender
 from mavplan.link.report import DiffersError, UploadReport
 from mavplan.link.session import Session
-from mavplan.link.transfer import Progress
 from mavplan.link.transfers import OWN, Transfers
 from mavplan.link.upload_session import UploadSession
 from mavplan.mission.autopilots import AUTOPILOTS

@@ -2,6 +2,7 @@
 
 from enum import Enum
 
+from mavplan.link.outbox import Outbox
 from mavplan.link.protocol import (
     MISSION_CURRENT_ID,
     MISSION_STATE_NO_MISSION,
@@ -26,7 +27,7 @@ class Judgement(Enum):
     UNKNOWN = "not told"
 
 
-class Verdict:
+class Verdict(Outbox):
     """Asks until the vehicle tells.
 
     Parameters
@@ -47,7 +48,7 @@ class Verdict:
         self._mission_id = mission_id
         self._not_before = not_before
         self._ask_at = not_before
-        self._outbox: list[Message] = []
+        super().__init__()
         self.outcome: Judgement | None = None
         self.other_mission = False
         """The vehicle speaks of another mission than the one it accepted."""
@@ -80,11 +81,6 @@ class Verdict:
         elif now >= self._ask_at:
             self._ask_at = now + ASK_AGAIN_S
             self._outbox.append(request_message(self._vehicle, MISSION_CURRENT_ID))
-
-    def to_send(self) -> list[Message]:
-        """Return what is to be sent now."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_timer(self) -> float | None:
         """Time of the next `tick` that matters."""

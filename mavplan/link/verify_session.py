@@ -11,6 +11,7 @@ from typing import Literal
 from mavplan.errors import CheckError, InputError, Problem, RefusedError, UncertainError
 from mavplan.link.discovery import Vehicle
 from mavplan.link.download import Download, DownloadEnd
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import (
     MISSION_CURRENT_ID,
     MISSION_STATE_NO_MISSION,
@@ -23,7 +24,6 @@ from mavplan.link.protocol import (
 )
 from mavplan.link.report import THINGS
 from mavplan.link.session import Session
-from mavplan.link.transfer import Progress
 from mavplan.link.watch import Watch
 from mavplan.mission.checksum import px4_id
 from mavplan.mission.model import Autopilot, Mission

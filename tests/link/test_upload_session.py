@@ -7,9 +7,9 @@ from pymavlink.dialects.v20 import common
 
 from mavplan.errors import InputError, NoLinkError, RefusedError, UncertainError
 from mavplan.link.codec import Codec
+from mavplan.link.outbox import Progress
 from mavplan.link.protocol import Address
 from mavplan.link.report import DiffersError
-from mavplan.link.transfer import Progress
 from mavplan.link.upload_session import UploadSession
 from mavplan.link.verdict import Judgement
 from mavplan.mission.model import Command, Frame, MissionItem
