@@ -2,7 +2,8 @@
 
 Broadcast: everyone in reach receives at its own rate at the same time, a linear programme. TDMA: one user at a time,
 where its rate is highest. A user served through D2D puts its demand on its mate. Where the scenario counts in-flight
-service, the vehicle holds for what is then still needed. Pure; what an autopilot can store comes from its table.
+service, the vehicle holds for what is then still needed. Pinned stops have a least hold. Pure; what an autopilot can
+store comes from its table.
 """
 
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import numpy as np
 from mavplan.errors import InputError, Problem
 from mavplan.inflight import counts_in_flight, received_in_flight
 from mavplan.mission.autopilots import AutopilotRules
+from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import Channel, planning_channel
 from mavplan.scenario.model import Floats, Scenario, Users
@@ -97,8 +99,9 @@ def hold_times(
     channel = planning_channel(scenario)
     demand_bit = demand_on_air(scenario.users, trajectory)
     rates = None if rates_bit_s_hz is None else scenario.radio.bandwidth_hz * rates_bit_s_hz
+    least_s = _pinned_s(scenario, trajectory, demand_bit, channel, rates)
     if scenario.service.mode == "tdma":
-        holds = _tdma(scenario, trajectory, demand_bit, channel, rules, rates)
+        holds = _tdma(scenario, trajectory, demand_bit, channel, rules, rates, least_s)
     else:
         in_flight_bit = None
         if rates is None and counts_in_flight(scenario):
@@ -109,8 +112,8 @@ def hold_times(
             demand_bit = np.where(left_bit < DEMAND_TOLERANCE_BIT, 0.0, left_bit)
         if rates is None:
             rates = broadcast_rates(scenario.users, trajectory.stops_m, channel)
-        asked_s = least_broadcast_holds(rates, demand_bit)
-        stored_s = _stored_broadcast_holds(asked_s, rates, demand_bit, rules)
+        asked_s = least_s + least_broadcast_holds(rates, np.maximum(demand_bit - rates @ least_s, 0.0))
+        stored_s = _stored_broadcast_holds(asked_s, rates, demand_bit, rules, least_s)
         holds = Holds(asked_s, stored_s, in_flight_bit=in_flight_bit)
     too_long = np.flatnonzero(holds.stored_s > rules.max_hold_s)
     if len(too_long):
@@ -124,6 +127,35 @@ def hold_times(
             for stop in too_long
         )
     return holds
+
+
+def _pinned_s(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    demand_bit: Floats,
+    channel: Channel,
+    rates_bit_s: Floats | None,
+) -> Floats:
+    """Return (M,) the least hold of each stop: what a pinned one is given, and what the user below it needs."""
+    least_s = np.zeros(len(trajectory.stops_m))
+    if not scenario.stops:
+        return least_s
+    names, stops_m = scenario.users.names, trajectory.stops_m
+    for stop, pin in enumerate(pins_of(scenario).at(stops_m).tolist()):
+        if pin == NO_PIN:
+            continue
+        pinned = scenario.stops[pin]
+        least_s[stop] = pinned.hold_s
+        user = names.index(pinned.user) if pinned.user in names else None
+        if user is None or demand_bit[user] <= 0:
+            continue
+        away_m = np.linalg.norm(scenario.users.xy_m[user : user + 1] - stops_m[stop], axis=1)
+        rate_bit_s = channel.radio.bandwidth_hz * float(channel.air_rate(away_m)[0])
+        if rates_bit_s is not None:
+            rate_bit_s = float(rates_bit_s[user, stop])
+        if rate_bit_s > 0:
+            least_s[stop] = max(least_s[stop], float(demand_bit[user]) / rate_bit_s)
+    return least_s
 
 
 def demand_on_air(users: Users, trajectory: Trajectory) -> Floats:
@@ -190,13 +222,13 @@ def _linear_programme(cost: Floats, matrix: Any, limits: Floats) -> Floats:
 
 
 def _stored_broadcast_holds(
-    asked_s: Floats, rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules
+    asked_s: Floats, rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules, least_s: Floats
 ) -> Floats:
-    """Return whole steps that meet every demand: rounded up, or optimised where rounding up is dear."""
+    """Return whole steps that meet every demand and least hold: rounded up, or optimised where that is dear."""
     rounded = _topped_up(_rounded_up(asked_s, rules), rates_bit_s, demand_bit, rules)
     if rounded.sum() <= (1 + WORTHWHILE) * asked_s.sum():
         return rounded
-    whole = _least_whole_steps(rates_bit_s, demand_bit, rules)
+    whole = _least_whole_steps(rates_bit_s, demand_bit, rules, least_s)
     if whole is None:
         return rounded
     whole = _topped_up(whole, rates_bit_s, demand_bit, rules)
@@ -226,16 +258,18 @@ def _topped_up(hold_s: Floats, rates_bit_s: Floats, demand_bit: Floats, rules: A
     return hold_s
 
 
-def _least_whole_steps(rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules) -> Floats | None:
+def _least_whole_steps(
+    rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules, least_s: Floats
+) -> Floats | None:
     """Return whole steps of least sum, or None where the bounded search finds none."""
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import csr_array
 
     stops = rates_bit_s.shape[1]
     wanting = demand_bit > 0
-    least = round(rules.min_hold_s / rules.hold_step_s)
+    least = np.rint(_rounded_up(least_s, rules) / rules.hold_step_s)
     if not wanting.any():
-        return _seconds(np.full(stops, float(least)), rules)
+        return _seconds(least, rules)
     best_bit = rates_bit_s[wanting].max(axis=1) * rules.hold_step_s
     needs = csr_array(rates_bit_s[wanting] * rules.hold_step_s / best_bit[:, None])
     found = milp(
@@ -255,6 +289,7 @@ def _tdma(
     channel: Channel,
     rules: AutopilotRules,
     rates_bit_s: Floats | None,
+    least_s: Floats,
 ) -> Holds:
     """Return holds and schedule where one user at a time is served, at its best stop, in the order of the file."""
     users, assignment = scenario.users, trajectory.assignment
@@ -269,6 +304,7 @@ def _tdma(
         duration_s = float(demand_bit[user]) / rate_bit_s
         schedule.append(Slot(stop, int(user), float(asked_s[stop]), duration_s))
         asked_s[stop] += duration_s
+    asked_s = np.maximum(asked_s, least_s)
     stored_s = _rounded_up(asked_s, rules)
     # What float32 takes off is far below a bit's time, as in `_topped_up`.
     short = stored_s.astype(np.float32) < asked_s - ROUNDING_S

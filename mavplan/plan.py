@@ -24,6 +24,7 @@ from mavplan.mission.model import HomePosition, Mission
 from mavplan.planners import plan_trajectory
 from mavplan.planners.index import joint_index
 from mavplan.planners.ordering import ORIGIN_M, path_length_m
+from mavplan.planners.pinned import pins_of
 from mavplan.planners.sbw import sbw
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import planning_channel
@@ -97,6 +98,12 @@ class Plan:
     def arrivals_s(self) -> tuple[float, ...]:
         """When the hold at each stop begins, on the clock of the mission."""
         return tuple(self.forecast.hold_begins_s(item.hold) for item in self.built.stop_items)
+
+    @property
+    def pinned_names(self) -> tuple[str, ...]:
+        """The name of each stop that is pinned, empty for those that are not."""
+        pins = pins_of(self.scenario)
+        return tuple(pins.names[pin] if pin >= 0 else "" for pin in pins.at(self.trajectory.stops_m).tolist())
 
     @property
     def remaining_fraction(self) -> float | None:
@@ -227,6 +234,11 @@ def _round_zones(
 
     out = keep_out(zones, plane, scenario.fence_options.margin_m)
     returns = scenario.vehicle.end == "rtl"
+    pins = pins_of(scenario)
+    closed = np.flatnonzero(out.holds(pins.places_m)).tolist() if pins.names else []
+    if closed:
+        message = "is pinned to a place in a no-fly zone or its margin: it is not moved, nobody may fly there"
+        raise InputError([Problem(pins.names[pin], message, "stop-in-zone") for pin in closed])
     found = keep_clear(trajectory, scenario.users, planning_channel(scenario), out, returns=returns)
     notes = (*trajectory.notes, *straight_returns(found.trajectory, out))
     bound = _of_path(trajectory.bound, found.trajectory.path_m, found.back_m)

@@ -68,9 +68,10 @@ def _stops(plan: Plan) -> list[dict[str, Any]]:
             "alt_rel_m": items[item.first].alt_m,
             "hold_s": hold_s,
             "users": names,
+            **({"name": name} if name else {}),
         }
-        for item, hold_s, names in zip(
-            plan.built.stop_items, plan.holds.stored_s.tolist(), served, strict=True
+        for item, hold_s, names, name in zip(
+            plan.built.stop_items, plan.holds.stored_s.tolist(), served, plan.pinned_names, strict=True
         )
     ]
 
@@ -170,6 +171,8 @@ def sections(scenario: Scenario) -> dict[str, dict[str, Any]]:
     found = {name: dataclasses.asdict(section) for name, section in named.items()}
     if scenario.no_fly is not None:
         found["no_fly"] = dataclasses.asdict(scenario.no_fly)
+    if scenario.stops:
+        found["stops"] = {"pinned": [dataclasses.asdict(stop) for stop in scenario.stops]}
     if scenario.rally:
         found["rally"] = {"points": [dataclasses.asdict(point) for point in scenario.rally]}
     return found

@@ -26,6 +26,7 @@ from mavplan.scenario.sections import (
     Home,
     LatDeg,
     LonDeg,
+    PinnedStop,
     PlannerOptions,
     Priority,
     Radio,
@@ -49,6 +50,7 @@ class FileStop:
     lon_deg: LonDeg
     alt_rel_m: Annotated[float, Field(ge=-10_000, le=20_000)]
     hold_s: _Seconds
+    name: str = ""
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
@@ -94,6 +96,13 @@ class FileRally:
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
+class FilePinned:
+    """The pinned stops."""
+
+    pinned: list[PinnedStop]
+
+
+@checked_dataclass(frozen=True, config=_CHECKED)
 class FileScenario:
     """The sections of the scenario."""
 
@@ -108,6 +117,7 @@ class FileScenario:
     fence: Fence | None = None
     no_fly: Fence | None = None
     rally: FileRally | None = None
+    stops: FilePinned | None = None
     terrain: TerrainOptions = field(default_factory=TerrainOptions)
 
 

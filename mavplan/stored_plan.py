@@ -40,6 +40,8 @@ class PlannedStop:
         As stored on the autopilot.
     items
         Where it stands among the mission's items, from 0 without home.
+    name
+        Of a pinned stop; empty for the others.
     """
 
     lat_deg: float
@@ -47,6 +49,7 @@ class PlannedStop:
     alt_rel_m: float
     hold_s: float
     items: StopItems
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +171,7 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         fence=sections.fence,
         no_fly=sections.no_fly,
         rally=tuple(sections.rally.points) if sections.rally else (),
+        stops=tuple(sections.stops.pinned) if sections.stops else (),
         terrain_options=sections.terrain,
     )
     index = {name: number for number, name in enumerate(users.names)}
@@ -178,7 +182,12 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         scenario=scenario,
         stops=tuple(
             PlannedStop(
-                stop.lat_deg, stop.lon_deg, stop.alt_rel_m, stop.hold_s, StopItems(items.first, items.hold)
+                stop.lat_deg,
+                stop.lon_deg,
+                stop.alt_rel_m,
+                stop.hold_s,
+                StopItems(items.first, items.hold),
+                stop.name,
             )
             for stop, items in zip(file.stops, file.stop_items, strict=True)
         ),

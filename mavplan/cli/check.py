@@ -46,8 +46,9 @@ def check_command(
     A mission file is read by the rules of QGroundControl, Mission Planner and MAVProxy, by MAVSDK's own importer
     (.plan) or pymavlink's loader (.waypoints). Then the mission is uploaded to a mock vehicle of each firmware, in this
     process, and read back. Where its plan is known (a scenario, or the .mavplan.json beside FILE) the mock flies it,
-    and what every user received is worked out as mavplan prove does. A proof that no plan is better, which planner
-    length leaves in the plan, is checked without the planner. Exit code 6 if anything is wrong.
+    and what every user received is worked out as mavplan prove does. Pinned stops must be at their places, in order,
+    held long enough. A proof that no plan is better, which planners length and time leave in the plan, is checked
+    without the planner. Exit code 6 if anything is wrong.
 
     \b
     mavplan check valley.plan
@@ -75,6 +76,7 @@ def check_command(
     for firmware, mission, plan in missions:
         title = AUTOPILOTS[firmware].title
         proved = None if plan is None else proves(plan)
+        pinned = None if plan is None else keeps_pinned(plan, mission)
         with progress(f"uploading: mock {title}"):
             outcome = rehearse(mission, firmware)
         tell(_outcome(title, outcome))
@@ -84,10 +86,13 @@ def check_command(
             say_problems(outcome.error.problems if isinstance(outcome.error, InputError) else ())
         elif plan is not None and not no_flight:
             flight = flies(mission, plan, world)
-        well = outcome.report is not None and proved is not False and (flight is None or flight["ok"])
+        well = (
+            outcome.report is not None and False not in (proved, pinned) and (flight is None or flight["ok"])
+        )
         wrong += 0 if well else 1
         told = {"autopilot": firmware, "ok": well, "stored": outcome.report is not None}
-        vehicles.append(told | {"error": _words(outcome.error), "bound_proved": proved, "flight": flight})
+        told |= {"error": _words(outcome.error), "bound_proved": proved, "pinned_kept": pinned}
+        vehicles.append(told | {"flight": flight})
     answer({"ok": not wrong, "file": str(file), "readers": problem_objects(found), "vehicles": vehicles})
     if wrong:
         raise CheckError(f"{file}: do not fly this before it is mended")
@@ -130,6 +135,22 @@ def proves(plan: "StoredPlan") -> bool | None:
             f"plan: {what} {found.stated.plan:,.1f} {unit}, proved anew: at least {found.proved:,.1f} {unit}"
         )
     return None if found is None else True
+
+
+def keeps_pinned(plan: "StoredPlan", mission: "Mission") -> bool | None:
+    """Check the pinned stops of a plan, print what is found, and return whether all is kept; None: it has none."""
+    from mavplan.cli.console import counted, say_problems, tell
+    from mavplan.proof.pinned import pinned_faults
+
+    if not plan.scenario.stops:
+        return None
+    found = list(pinned_faults(plan, mission))
+    say_problems(found)
+    if not found:
+        tell(
+            f"plan: {counted(len(plan.scenario.stops), 'pinned stop')} at their places, in order, held long enough"
+        )
+    return not found
 
 
 def flies(mission: "Mission", plan: "StoredPlan", world: "World") -> dict[str, Any]:

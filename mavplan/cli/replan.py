@@ -6,6 +6,7 @@ import click
 
 from mavplan.cli.new_folder import make_folder
 from mavplan.cli.track_options import track_options
+from mavplan.errors import Problem
 
 FILES = ("scenario.toml", "users.csv")
 """What is written, as ``mavplan init`` names it."""
@@ -63,6 +64,9 @@ def replan_command(
         )
         answer({"users_left": 0, "relays": 0, "left_mbit": 0.0, "written": []})
         return
+    if plan.scenario.stops:
+        message = "are not carried over: put in again what the flight did not reach"
+        say_problems([Problem("[[stops]]", message, "stops-left-out", "warning")])
     targets = make_folder(folder, FILES)
     remark = (
         f"The users that {track.name} left over of {plan_file.name}, each with what it still needs.\n\n"

@@ -31,6 +31,9 @@ def print_plan(plan: Plan) -> None:
     heights = ("alt m",) if over_ground else ()
     for heading in ("stop", "latitude", "longitude", *heights, "leg m", "arrives", "hold s"):
         table.add_column(heading, justify="right", no_wrap=True)
+    names = plan.pinned_names
+    if any(names):
+        table.add_column("pinned")
     table.add_column("served from the air")
     if any_d2d:
         table.add_column("served by D2D")
@@ -45,6 +48,7 @@ def print_plan(plan: Plan) -> None:
             f"{legs_m[stop]:,.0f}",
             stopwatch(plan.arrivals_s[stop]),
             f"{plan.holds.stored_s[stop]:g}",
+            *([printable(names[stop])] if any(names) else []),
             _names([users.names[n] for n in np.flatnonzero(here & ~trajectory.assignment.d2d)]),
         ]
         if any_d2d:
@@ -69,11 +73,11 @@ def totals(plan: Plan) -> list[str]:
         f"{served}: {count - relayed} from the air, {relayed} by D2D; "
         f"coverage radius {trajectory.radius_m:,.0f} m at {vehicle.altitude_m:g} m above {ground}"
         f"{_kept(plan.scenario)}",
-        f"path {trajectory.length_m:,.0f} m{_proved_length(trajectory.bound)}, "
+        f"path {trajectory.length_m:,.0f} m{_proved_length(trajectory.bound, plan.scenario)}, "
         f"sum rate {trajectory.sum_rate_bit_s_hz:.1f} bit/s/Hz{index}",
         f"hover {clock(plan.holds.hover_s)} ({plan.holds.surplus_s:.1f} s of it by rounding up), "
         f"flight {clock(plan.forecast.flight_s)}, mission {clock(plan.forecast.mission_s)}"
-        f"{_proved_time(trajectory.bound)}",
+        f"{_proved_time(trajectory.bound, plan.scenario)}",
         _energy(plan),
     ]
     if plan.holds.in_flight_bit is not None:
@@ -140,7 +144,7 @@ def _kept(scenario: Scenario) -> str:
     return f", {' and '.join(kept)} allowed for" if kept else ""
 
 
-def _proved_length(bound: Bound | None) -> str:
+def _proved_length(bound: Bound | None, scenario: Scenario) -> str:
     """Return what is proved of a path's length, with the way home where that counts."""
     if bound is None or bound.objective == "mission_s":
         return ""
@@ -148,20 +152,26 @@ def _proved_length(bound: Bound | None) -> str:
     proved = (
         "proved the shortest"
         if bound.proved
-        else f"at least {bound.bound:,.0f} m proved (gap {bound.gap:.2%})"
+        else f"at least {bound.bound:,.0f} m proved{_without(scenario)} (gap {bound.gap:.2%})"
     )
     return f"{home}, {proved}"
 
 
-def _proved_time(bound: Bound | None) -> str:
+def _proved_time(bound: Bound | None, scenario: Scenario) -> str:
     """Return what is proved of a mission's time."""
     if bound is None or bound.objective != "mission_s":
         return ""
     if bound.proved:
         return ", proved the shortest"
     return (
-        f", before rounding {bound.plan:,.1f} s, at least {bound.bound:,.1f} s proved (gap {bound.gap:.1%})"
+        f", before rounding {bound.plan:,.1f} s, at least {bound.bound:,.1f} s proved{_without(scenario)} "
+        f"(gap {bound.gap:.1%})"
     )
+
+
+def _without(scenario: Scenario) -> str:
+    """Return what a bound does not know."""
+    return " without the pinned stops" if scenario.stops else ""
 
 
 def _names(names: Sequence[str]) -> str:

@@ -82,6 +82,9 @@ def plan_fleet(
     if scenario.terrain is not None or scenario.terrain_options.file is not None:
         message = "a fleet is planned over flat ground only: leave the file out, or plan one vehicle"
         raise InputError([Problem("[terrain] file", message, "fleet-terrain")])
+    if scenario.stops and count > 1:
+        message = "pinned stops are for one vehicle: leave them out, or plan it with a scenario of its own"
+        raise InputError([Problem("[[stops]]", message, "fleet-stops")])
     own = [_of_vehicle(scenario, number, altitude_step_m) for number in range(count)]
     single = make_plan(own[0], hover, progress)
     if count == 1:

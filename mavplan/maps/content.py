@@ -23,12 +23,18 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class MappedStop:
-    """A place where the vehicle holds; stops count from 1."""
+    """A place where the vehicle holds; stops count from 1, pinned ones have a name."""
 
     number: int
     place: Place
     hold_s: float
     users: tuple[str, ...]
+    name: str = ""
+
+    @property
+    def title(self) -> str:
+        """``Stop 3``, with its name behind it where it has one."""
+        return f"Stop {self.number}" + (f" ({self.name})" if self.name else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +145,7 @@ def _planned_stops(mission: Mission, plan: "StoredPlan") -> Iterator[MappedStop]
     for number, (stop, names) in enumerate(zip(plan.stops, served, strict=True), start=1):
         alt_amsl_m = mission.home.alt_amsl_m + stop.alt_rel_m
         place = Place(stop.lat_deg, stop.lon_deg, alt_amsl_m, stop.alt_rel_m)
-        yield MappedStop(number, place, stop.hold_s, tuple(names))
+        yield MappedStop(number, place, stop.hold_s, tuple(names), stop.name)
 
 
 def _users(plan: "StoredPlan") -> Iterator[MappedUser]:

@@ -31,6 +31,7 @@ def to_geojson(content: PlanMap) -> str:
                 alt_rel_m=place.alt_rel_m,
                 hold_s=stop.hold_s,
                 users=list(stop.users),
+                **({"name": stop.name} if stop.name else {}),
             )
         )
     for user in content.users:

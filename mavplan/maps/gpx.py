@@ -25,6 +25,6 @@ def to_gpx(content: PlanMap) -> str:
     for stop in content.stops:
         point = add(route, "rtept", lat=f"{stop.place.lat_deg:.7f}", lon=f"{stop.place.lon_deg:.7f}")
         add(point, "ele", f"{stop.place.alt_amsl_m:.2f}")
-        add(point, "name", f"Stop {stop.number}")
+        add(point, "name", stop.title)
         add(point, "desc", f"hold {stop.hold_s:g} s")
     return document(root)

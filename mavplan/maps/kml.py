@@ -42,7 +42,7 @@ def to_kml(content: PlanMap) -> str:
         add(reach, "name", f"Coverage, {content.radius_m:,.0f} m")
         for stop in content.stops:
             ring = circle_deg(stop.place.lat_deg, stop.place.lon_deg, content.radius_m)
-            _add_area(reach, f"Stop {stop.number}", "coverage", ring)
+            _add_area(reach, stop.title, "coverage", ring)
     _add_fence(top, content)
     return document(root)
 
@@ -107,7 +107,7 @@ def _add_data(mark: Element, values: Iterable[tuple[str, object]]) -> None:
 
 def _add_stop(parent: Element, stop: MappedStop) -> None:
     place = stop.place
-    mark = _add_point(parent, f"Stop {stop.number}", "stop", place.lon_deg, place.lat_deg, place.alt_amsl_m)
+    mark = _add_point(parent, stop.title, "stop", place.lon_deg, place.lat_deg, place.alt_amsl_m)
     values: list[tuple[str, object]] = [("hold_s", f"{stop.hold_s:g}"), ("alt_rel_m", f"{place.alt_rel_m:g}")]
     if stop.users:
         values.append(("users", ", ".join(stop.users)))

@@ -19,9 +19,12 @@ from mavplan.planners.least_time import least_time
 from mavplan.planners.length import length
 from mavplan.planners.limits import Limits
 from mavplan.planners.one_thread import one_thread
+from mavplan.planners.pinned import Cost as MissionTimes
+from mavplan.planners.pinned import pins_of, with_pins
 from mavplan.planners.sbw import sbw
 from mavplan.planners.setting import Setting
 from mavplan.planners.stoaik import stoaik
+from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.tloaik import tloaik
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import Channel, highest_altitude_m, planning_channel
@@ -83,7 +86,7 @@ PLANNERS: dict[str, Planner] = {
 
 @one_thread()
 def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Trajectory:
-    """Run the scenario's planner, for ``auto`` with every number of clusters worth a try.
+    """Run the scenario's planner and put its pinned stops in.
 
     Parameters
     ----------
@@ -101,6 +104,33 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
     InputError
         The planner's name is unknown, or nobody on the ground can be reached from this altitude.
     """
+    found = _planned(scenario, progress)
+    pins = pins_of(scenario)
+    if not pins.names:
+        return found
+    channel, returns = planning_channel(scenario), scenario.vehicle.end == "rtl"
+    cost = _mission_times(scenario, channel) if found.planner == "time" else None
+    return with_pins(found, pins, scenario.users, channel, returns=returns, cost=cost)
+
+
+def _mission_times(scenario: Scenario, channel: Channel) -> MissionTimes:
+    """Return what gives the mission times of plans."""
+    from mavplan.inflight import counts_in_flight
+
+    wind = scenario.wind
+    problem = TimeProblem.of(
+        scenario.users,
+        channel,
+        scenario.vehicle,
+        scenario.service,
+        wind=Wind(wind.speed_m_s, wind.from_deg) if wind.speed_m_s > 0 else None,
+        in_flight=counts_in_flight(scenario),
+    )
+    return lambda stops_m: problem.times(stops_m).total_s
+
+
+def _planned(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Trajectory:
+    """Return the plan of the scenario's planner, which knows nothing of pinned stops."""
     from mavplan.inflight import counts_in_flight
 
     options, users, wind = scenario.planner, scenario.users, scenario.wind

@@ -43,7 +43,7 @@ class UserRow:
 
 @dataclass(frozen=True, slots=True)
 class StopRow:
-    """A stop; ``items`` are its numbers on the wire, ``arrival_s`` when its hold begins."""
+    """A stop; ``items`` are its numbers on the wire, ``arrival_s`` when its hold begins; pinned ones have a name."""
 
     number: int
     x_m: float
@@ -55,6 +55,7 @@ class StopRow:
     arrival_s: float
     items: str
     users: tuple[int, ...]
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +132,11 @@ class ReportContent:
     battery_wh: float | None
     comparison: tuple[CompareRow, ...]
     least_stops: str
+
+    @property
+    def any_pinned(self) -> bool:
+        """Whether any stop is pinned."""
+        return any(stop.name for stop in self.stops)
 
     @property
     def demand_mbit(self) -> float:
@@ -218,6 +224,7 @@ def _stops(plan: "StoredPlan", stops_m: Floats, expected: Forecast, home_items: 
             arrival_s=expected.hold_begins_s(stop.items.hold),
             items=str(first) if first == hold else f"{first}–{hold}",
             users=tuple(np.flatnonzero(plan.stop_of == number).tolist()),
+            name=stop.name,
         )
 
 

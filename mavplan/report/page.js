@@ -89,7 +89,8 @@ function lightStop(number) {
   const served = parts.filter(part => part.tagName === "TR" && part.dataset.user);
   const names = served.slice(0, 200).map(user => `${text(user, 0)}: ${text(user, 1)} Mbit${text(user, 3).startsWith("through") ? ", " + text(user, 3) : ""}`);
   if (served.length > names.length) names.push(`and ${served.length - names.length} more`);
-  say(`Stop ${number}`, [`Hold ${text(row, 5)} s from ${text(row, 4)}, mission item ${text(row, 7)}`, `${served.length} users`], names);
+  const pinned = row.cells[8] && text(row, 8);
+  say(pinned ? `Stop ${number} (${pinned})` : `Stop ${number}`, [`Hold ${text(row, 5)} s from ${text(row, 4)}, mission item ${text(row, 7)}`, `${served.length} users`], names);
 }
 function lightUser(index) {
   clear();

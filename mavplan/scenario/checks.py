@@ -11,7 +11,17 @@ from mavplan.geo import geodesic_distance_m
 from mavplan.radio import coverage_radius_m, highest_altitude_m, planning_error_m, planning_radio
 from mavplan.scenario.model import UNPAIRED
 from mavplan.scenario.report import Report, figure, listed, nearest, shown
-from mavplan.scenario.sections import D2D, FleetVehicle, Home, PlannerOptions, Radio, Service, Vehicle, Wind
+from mavplan.scenario.sections import (
+    D2D,
+    FleetVehicle,
+    Home,
+    PinnedStop,
+    PlannerOptions,
+    Radio,
+    Service,
+    Vehicle,
+    Wind,
+)
 from mavplan.scenario.users import FileUsers
 
 LEAST_WAY_M_S = 1.0
@@ -107,6 +117,41 @@ def check_distances(
         nearest = "the nearest home" if len(vehicles) else "home"
         message = f"{users.names[i]} is {near_m[i]:,.0f} m from {nearest}; {reach.reason}"
         report.error(users.places[i], message, "beyond-endurance")
+
+
+LEAST_APART_M = 0.5
+"""Two pinned stops nearer to one another than this are one."""
+
+
+def check_stops(
+    stops: Sequence[PinnedStop], users: FileUsers, home: Home, label: str, report: Report
+) -> None:
+    """Note pinned stops above nobody, too far from home, or at one place."""
+    placed: list[tuple[str, float, float]] = []
+    for number, stop in enumerate(stops, start=1):
+        where = f"{label}, [[stops]] {number}"
+        lat_deg, lon_deg = stop.lat_deg, stop.lon_deg
+        if stop.user is not None:
+            if stop.user not in users.names:
+                like = nearest(stop.user, users.names)
+                hint = f"; nearest is {shown(like)}" if like else ""
+                report.error(f"{where} user", f"there is no user {shown(stop.user)}{hint}", "unknown-user")
+                continue
+            row = users.names.index(stop.user)
+            lat_deg, lon_deg = float(users.lat_deg[row]), float(users.lon_deg[row])
+        if lat_deg is None or lon_deg is None or not (math.isfinite(lat_deg) and math.isfinite(lon_deg)):
+            continue  # a problem that is noted already
+        far_m = float(geodesic_distance_m(home.lat_deg, home.lon_deg, lat_deg, lon_deg))
+        if far_m > MAX_DISTANCE_M:
+            message = (
+                f"{stop.name} is {far_m / 1000:,.1f} km from home; at most {MAX_DISTANCE_M / 1000:,.0f} km "
+                f"is allowed{swapped_hint(lat_deg, lon_deg, home)}"
+            )
+            report.error(where, message, "too-far")
+        for name, other_lat_deg, other_lon_deg in placed:
+            if geodesic_distance_m(lat_deg, lon_deg, other_lat_deg, other_lon_deg) < LEAST_APART_M:
+                report.error(where, f"is at the same place as the pinned stop {shown(name)}", "duplicate")
+        placed.append((stop.name, lat_deg, lon_deg))
 
 
 @dataclass(frozen=True, slots=True)

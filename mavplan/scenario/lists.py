@@ -8,7 +8,7 @@ from mavplan.geo import E7
 from mavplan.mission.geofence import Fence, FenceArea, FenceCircle, FencePolygon, RallyPoint, area_faults
 from mavplan.scenario.reference import AREA_KEYS, AREA_LISTS, LISTED, NO_FLY_KEYS, keys_of
 from mavplan.scenario.report import Report, key_name, listed, nearest, shown
-from mavplan.scenario.sections import FleetVehicle
+from mavplan.scenario.sections import FleetVehicle, PinnedStop
 from mavplan.scenario.validate import sound_values
 from mavplan.scenario.zones_file import read_zones
 
@@ -21,11 +21,12 @@ class ListedThings:
     no_fly: Fence | None
     rally: tuple[RallyPoint, ...]
     vehicles: tuple[FleetVehicle, ...]
+    stops: tuple[PinnedStop, ...]
     sound: bool
 
 
 def read_lists(data: dict[str, Any], folder: Path, label: str, report: Report) -> ListedThings:
-    """Return the fence areas, no-fly zones and rally points of a scenario.
+    """Return the fence areas, no-fly zones, rally points, vehicles and pinned stops of a scenario.
 
     Parameters
     ----------
@@ -56,7 +57,8 @@ def read_lists(data: dict[str, Any], folder: Path, label: str, report: Report) -
         for zone in _zones(entry, place, folder, label, report)
     ]
     vehicles = _vehicles(data.get("vehicles", []), label, report)
-    return ListedThings(_fence(areas), _fence(zones), tuple(rally), vehicles, report.count == before)
+    stops = _stops(data.get("stops", []), label, report)
+    return ListedThings(_fence(areas), _fence(zones), tuple(rally), vehicles, stops, report.count == before)
 
 
 def _vehicles(found: Any, label: str, report: Report) -> tuple[FleetVehicle, ...]:
@@ -74,6 +76,30 @@ def _vehicles(found: Any, label: str, report: Report) -> tuple[FleetVehicle, ...
                 report.error(f"{label}, {place} {key}", message, "duplicate")
         vehicles.append(vehicle)
     return tuple(vehicles)
+
+
+def _stops(found: Any, label: str, report: Report) -> tuple[PinnedStop, ...]:
+    """Return the pinned stops, names and orders distinct, each with a place or a user."""
+    stops: list[PinnedStop] = []
+    for place, entry in _tables(found, "stops", label, report):
+        values = _values("stops", entry, f"{label}, {place}", report)
+        if values is None:
+            continue
+        at = [key for key in ("lat_deg", "lon_deg") if key in values]
+        if ("user" in values and at) or ("user" not in values and len(at) < 2):
+            message = "a pinned stop has either lat_deg and lon_deg or user, the name of a user to stop above"
+            report.error(f"{label}, {place}", message, "stop-place")
+            continue
+        number = place.removeprefix("[[stops]] ")
+        name = _printable(values.get("name", "")) or _printable(values.get("user", "")) or f"pinned {number}"
+        stop = PinnedStop(**{**values, "name": name})
+        for key in ("name", "order", "user"):
+            value = getattr(stop, key)
+            if value is not None and value in [getattr(other, key) for other in stops]:
+                message = f"found {shown(value)}, which another pinned stop has too; they must differ"
+                report.error(f"{label}, {place} {key}", message, "duplicate")
+        stops.append(stop)
+    return tuple(stops)
 
 
 def _fence(areas: list[FenceArea]) -> Fence | None:

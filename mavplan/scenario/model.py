@@ -12,6 +12,7 @@ from mavplan.scenario.sections import (
     FenceOptions,
     FleetVehicle,
     Home,
+    PinnedStop,
     PlannerOptions,
     Radio,
     Service,
@@ -82,7 +83,8 @@ class Users:
 class Scenario:
     """Everything that is known before planning, in SI units and local metres.
 
-    ``vehicles`` are those of a fleet that have homes of their own. ``fence``, ``no_fly`` and ``rally`` stay in
+    ``vehicles`` are those of a fleet that have homes of their own; ``stops`` are those that the plan must have, each
+    with a name and a place in degrees. ``fence``, ``no_fly`` and ``rally`` stay in
     degrees, as they go into the mission: ``fence`` is what a mission is held to, ``no_fly`` what it is planned round.
     Without ``terrain`` the ground is flat. ``warnings`` holds what was noticed while reading: a pair beyond the D2D
     range, keys not used.
@@ -101,6 +103,7 @@ class Scenario:
     no_fly: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
     vehicles: tuple[FleetVehicle, ...] = ()
+    stops: tuple[PinnedStop, ...] = ()
     terrain_options: TerrainOptions = field(default_factory=TerrainOptions)
     terrain: Terrain | None = None
     warnings: tuple[Problem, ...] = ()

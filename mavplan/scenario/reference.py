@@ -21,6 +21,7 @@ from mavplan.scenario.sections import (
     FenceOptions,
     FleetVehicle,
     Home,
+    PinnedStop,
     PlannerOptions,
     Radio,
     Rally,
@@ -51,6 +52,7 @@ LISTED: dict[str, type[Any]] = {
     "fence.vertex": Vertex,
     "rally": Rally,
     "vehicles": FleetVehicle,
+    "stops": PinnedStop,
     "user": UserValues,
 }
 """Tables of which there may be many, and what an entry consists of."""

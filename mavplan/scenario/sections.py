@@ -190,6 +190,21 @@ class FleetVehicle:
 
 
 @dataclass(frozen=True, config=_CHECKED)
+class PinnedStop:
+    """A place where the vehicle must stop: WGS84 degrees, or straight above a user, who then gets all it needs there.
+
+    ``hold_s`` is the least hold; ``order`` None leaves it to the planner when it is flown to.
+    """
+
+    lat_deg: LatDeg | None = None
+    lon_deg: LonDeg | None = None
+    user: str | None = None
+    name: str = ""
+    hold_s: Annotated[float, Field(ge=0, le=65_535)] = 0.0
+    order: Annotated[int, Field(ge=1)] | Literal["first", "last"] | None = None
+
+
+@dataclass(frozen=True, config=_CHECKED)
 class PlannerOptions:
     """Which planner, how many clusters (``auto`` tries several), the seed of all that is random, the solver.
 

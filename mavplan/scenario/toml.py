@@ -13,6 +13,7 @@ from mavplan.scenario.checks import (
     check_distances,
     check_planner,
     check_service,
+    check_stops,
     check_wind,
     reach_of,
 )
@@ -27,6 +28,7 @@ from mavplan.scenario.sections import (
     Columns,
     FenceOptions,
     Home,
+    PinnedStop,
     PlannerOptions,
     Radio,
     Service,
@@ -125,6 +127,7 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
             else None
         )
         check_distances(users, sections.home, reach, report, things.vehicles)
+        check_stops(things.stops, users, sections.home, label, report)
     report.raise_errors()
     if users is None or sections.home is None:
         raise AssertionError("a scenario without users or home left no problem")
@@ -168,9 +171,19 @@ def _scenario(
         no_fly=things.no_fly,
         rally=things.rally,
         vehicles=things.vehicles,
+        stops=tuple(_placed(stop, users) for stop in things.stops),
         terrain_options=sections.terrain,
         warnings=report.warnings(),
     )
+
+
+def _placed(stop: PinnedStop, users: FileUsers) -> PinnedStop:
+    """Return a pinned stop with its place, where it is above a user."""
+    if stop.user is None:
+        return stop
+    number = users.names.index(stop.user)
+    place = float(users.lat_deg[number]), float(users.lon_deg[number])
+    return dataclasses.replace(stop, lat_deg=place[0], lon_deg=place[1])
 
 
 def _parse(text: str, label: str, report: Report) -> dict[str, Any] | None:
@@ -212,9 +225,10 @@ def _users_path(data: dict[str, Any], folder: Path, label: str, report: Report) 
 def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
     """Note keys at the top that nobody knows."""
     for name in data:
-        if name in ("users", "rally", "no_fly", "vehicles") or name in SECTIONS:
+        lists = ("rally", "no_fly", "vehicles", "stops")
+        if name == "users" or name in lists or name in SECTIONS:
             continue
-        known = ["users", *SECTIONS, "rally", "no_fly"]
+        known = ["users", *SECTIONS, *lists]
         message = f"is not known{_remedy(name, known, '')}"
         report.error(f"{label}, {key_name(name)}", message, "unknown-key")
 

@@ -61,6 +61,12 @@ def scenario_toml(scenario: Scenario, users_file: str, remark: str) -> str:
         lines += ["", "[[vehicles]]"]
         values = {key: getattr(vehicle, key) for key in keys_of("vehicles")}
         lines += [f"{key} = {_value(value)}" for key, value in values.items() if value not in (None, "")]
+    for stop in scenario.stops:
+        lines += ["", "[[stops]]"]
+        values = {key: getattr(stop, key) for key in keys_of("stops")}
+        if stop.user is not None:
+            values = {key: value for key, value in values.items() if key not in ("lat_deg", "lon_deg")}
+        lines += [f"{key} = {_value(value)}" for key, value in values.items() if value not in (None, "")]
     return "\n".join(lines) + "\n"
 
 

@@ -51,6 +51,12 @@ def most_weighted(whole: Plan, budget: Budget, most: int, hover: HoverStyle) -> 
         everybody = cut(scenario, trajectory, whole.holds, ways, careful, most)
         if everybody is not None:
             return Sorties(whole, finished(whole, everybody, hover))
+    if scenario.stops:
+        message = (
+            f"the battery does not do for all of the flight within {most} {'sortie' if most == 1 else 'sorties'}, and "
+            "no pinned stop is left out: leave [[stops]] out, or allow more sorties"
+        )
+        raise InputError([Problem("[[stops]]", message, "stops-sorties")])
     choice = _Choice(whole, ways, careful, most)
     chosen = choice.all_tried() if len(choice.units) <= ALL_TRIED else choice.built_up()
     if not chosen:

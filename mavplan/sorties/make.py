@@ -204,4 +204,6 @@ def too_far_problem(far: TooFar, whole: Plan, budget: Budget) -> Problem:
         f"there, back and the least hold {' and '.join(says)} ({kept}): no sortie serves {names or 'it'}; "
         f"a bigger battery ({' and '.join(would)}) would, or a home nearer"
     )
-    return Problem(f"stop {far.stop + 1}", message, "beyond-battery")
+    pinned = whole.pinned_names[far.stop]
+    where = f"stop {far.stop + 1}" + (f" ({pinned})" if pinned else "")
+    return Problem(where, message, "beyond-battery")

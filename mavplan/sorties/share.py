@@ -9,13 +9,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mavplan.errors import InputError, Problem
 from mavplan.hover import DEMAND_TOLERANCE_BIT, Holds, broadcast_rates, demand_on_air, hold_times
 from mavplan.inflight import counts_in_flight, received_in_flight
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.planners.ordering import from_origin
+from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.trajectory import Trajectory, assign
 from mavplan.radio import Channel, planning_channel
 from mavplan.scenario.model import Bools, Floats, Ints, Scenario
+from mavplan.scenario.sections import PinnedStop
 from mavplan.sorties.split import Leaf
 
 
@@ -45,16 +48,22 @@ def shares(
     channel = planning_channel(scenario)
     needed_bit = demand_on_air(scenario.users, trajectory)
     received_bit = _received(scenario, trajectory, holds, leaves, channel, rules)
+    _where_pinned(received_bit, scenario, trajectory, leaves)
     parts_bit = _dealt(needed_bit, received_bit)
     if (parts_bit.sum(axis=1) < needed_bit - DEMAND_TOLERANCE_BIT).any():
         return None
     served = parts_bit > 0
     _reach_the_rest(served, scenario, trajectory, leaves)
+    pins = pins_of(scenario).at(trajectory.stops_m)
     found = []
     for number, leaf in enumerate(leaves):
+        here = pins[list(leaf.stops)]
         if not served[:, number].any():
-            continue  # others serve all its users: nobody needs it
+            if (here == NO_PIN).all():
+                continue  # others serve all its users: nobody needs it
+            raise InputError([_nobody_there(scenario, int(here[here != NO_PIN][0]))])
         some = _sub_scenario(scenario, trajectory, parts_bit[:, : number + 1], served[:, number])
+        some = replace(some, stops=_pinned_parts(scenario, here, leaf))
         path = from_origin(trajectory.stops_m[list(leaf.stops)])
         flown = replace(
             trajectory,
@@ -67,6 +76,33 @@ def shares(
         )
         found.append(Share(some, flown, _held(some, flown, leaf, holds, rules)))
     return found
+
+
+def _nobody_there(scenario: Scenario, pin: int) -> Problem:
+    message = (
+        "would have a sortie of its own in which nobody is served, and a flight is planned for somebody: pin it "
+        "nearer to users, or give the vehicle a bigger battery"
+    )
+    return Problem(scenario.stops[pin].name, message, "stop-alone")
+
+
+def _pinned_parts(scenario: Scenario, pins: Ints, leaf: Leaf) -> tuple[PinnedStop, ...]:
+    """Return the pinned stops of a sortie, each with what it is held there of the least hold."""
+    here = [(int(pin), hold_s) for pin, hold_s in zip(pins, leaf.holds_s, strict=True) if pin != NO_PIN]
+    stops = scenario.stops
+    return tuple(replace(stops[pin], hold_s=min(stops[pin].hold_s, hold_s)) for pin, hold_s in here)
+
+
+def _where_pinned(
+    received_bit: Floats, scenario: Scenario, trajectory: Trajectory, leaves: Sequence[Leaf]
+) -> None:
+    """Take from a user with a pinned stop above it what sorties give that do not stop there."""
+    names, stops = scenario.users.names, scenario.stops
+    for stop, pin in enumerate(pins_of(scenario).at(trajectory.stops_m).tolist()):
+        user = None if pin == NO_PIN else stops[pin].user
+        if user in names:
+            elsewhere = [number for number, leaf in enumerate(leaves) if stop not in leaf.stops]
+            received_bit[names.index(user), elsewhere] = 0.0
 
 
 def _received(

@@ -10,6 +10,7 @@ from mavplan.errors import InputError, Problem
 from mavplan.geo import LocalPlane
 from mavplan.mission.build import Heights
 from mavplan.planners.ordering import ORIGIN_M
+from mavplan.planners.pinned import pins_of
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import planning_channel
 from mavplan.scenario.model import Floats, Scenario
@@ -88,6 +89,7 @@ def fly_over(
         returns=returns,
         closed=(lambda places: np.zeros(len(places), dtype=bool)) if out is None else out.holds,
         route=(lambda _start, _end: []) if out is None else Routes(out).between,
+        pins=pins_of(scenario),
     )
     found = served.trajectory
     way_back = np.vstack([served.back_m, ORIGIN_M[None]]) if returns else np.zeros((0, 2))

@@ -4,12 +4,14 @@ Planners know a plane. Here every user stands on the ground at its place, every 
 ground may stand between the two.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mavplan.errors import InputError, Problem
+from mavplan.planners.pinned import NO_PIN, Pins
 from mavplan.planners.trajectory import NO_STOP, Assignment, Trajectory, mate_covered
 from mavplan.radio import REACH_TOLERANCE_M, Channel, highest_altitude_m, spectral_rate
 from mavplan.scenario.model import Bools, Floats, Users
@@ -112,6 +114,7 @@ def serve_all(
     returns: bool,
     closed: Callable[[Floats], Bools],
     route: Route,
+    pins: Pins,
 ) -> Served:
     """Return the trajectory with a stop straight above each user whom none of its stops serves as the ground is.
 
@@ -133,13 +136,17 @@ def serve_all(
         Takes places (K, 2), gives which of them no vehicle may be at.
     route
         The way between two places.
+    pins
+        Stops that stay, and keep their place in the order.
 
     Raises
     ------
     InputError
         Every user above whom no stop may be.
     """
-    way = _Way(list(trajectory.path_m), trajectory.stop_at.tolist(), list(back_m), route, returns)
+    ranks = [float(pins.rank[pin]) for pin in pins.at(trajectory.stops_m).tolist() if pin != NO_PIN]
+    ends = -math.inf in ranks, math.inf in ranks
+    way = _Way(list(trajectory.path_m), trajectory.stop_at.tolist(), list(back_m), route, returns, ends)
     own_stop, problems = [], []
 
     def links_to(stops_m: Floats) -> Links:
@@ -165,7 +172,8 @@ def serve_all(
     hidden, kept = links.hidden, list(range(len(way.stop_at)))
     if own_stop:
         # A stop that lost all its users to others is flown to for nobody.
-        for number in reversed(np.setdiff1d(kept, assignment.stop).tolist()):
+        pinned = np.flatnonzero(pins.at(np.array([way.path[at] for at in way.stop_at])) != NO_PIN)
+        for number in reversed(np.setdiff1d(kept, [*assignment.stop.tolist(), *pinned.tolist()]).tolist()):
             way.drop(number)
             kept.remove(number)
             links = links.without_stop(number)
@@ -192,17 +200,23 @@ def serve_all(
 
 @dataclass
 class _Way:
-    """A path that stops are put into and taken out of: its points, the rows of its stops, where the way back turns."""
+    """A path that stops are put into and taken out of: its points, the rows of its stops, where the way back turns.
+
+    ``ends`` says whether its first stop must stay the first, and the last one the last.
+    """
 
     path: list[Floats]
     stop_at: list[int]
     back: list[Floats]
     route: Route
     returns: bool
+    ends: tuple[bool, bool] = (False, False)
 
     def insert(self, place: Floats) -> int | None:
         """Put a stop where its detour is least; return its number, from 0, or None where there is no way to it."""
-        row = _insertion(self.path, place, returns=self.returns)
+        low = self.stop_at[0] if self.ends[0] else 0
+        high = self.stop_at[-1] - 1 if self.ends[1] else len(self.path) - 1
+        row = _insertion(self.path, place, low, high, returns=self.returns)
         to = self.route(self.path[row], place)
         on = self.route(place, self.path[row + 1]) if row + 1 < len(self.path) else []
         if to is None or on is None:
@@ -254,8 +268,8 @@ def _why(hidden: Bools, kept: list[int], by_mate: bool) -> str:
     return "as high as it and the stops really are, none of them is near enough"
 
 
-def _insertion(path: list[Floats], place: Floats, *, returns: bool) -> int:
-    """Return the row of a path behind which a place costs the least detour."""
+def _insertion(path: list[Floats], place: Floats, low: int, high: int, *, returns: bool) -> int:
+    """Return the row of a path, from low to high, behind which a place costs the least detour."""
     points = np.array(path)
     ends = np.vstack([points[1:], np.zeros((1, 2))]) if returns else points[1:]
     starts = points if returns else points[:-1]
@@ -266,4 +280,4 @@ def _insertion(path: list[Floats], place: Floats, *, returns: bool) -> int:
     )
     if not returns:
         detour = np.append(detour, np.linalg.norm(points[-1] - place))
-    return int(detour.argmin())
+    return low + int(detour[low : high + 1].argmin())

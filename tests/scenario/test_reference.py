@@ -15,6 +15,7 @@ from mavplan.scenario.reference import AREA_KEYS, LISTED, NO_FLY_KEYS, SECTIONS,
 from mavplan.scenario.report import figure
 
 DOCS = Path(__file__).resolve().parents[2] / "docs/scenario.md"
+LISTED_THINGS = [key for kind in ("rally", "vehicles", "stops") for key in keys_of(kind).values()]
 ALL_KEYS = [key for section in SECTIONS for key in keys_of(section).values()]
 
 
@@ -39,6 +40,8 @@ def test_the_template_documents_every_key_and_no_other():
     assert set(rally) == set(keys_of("rally"))
     (vehicle,) = data.pop("vehicles")
     assert set(vehicle) == set(keys_of("vehicles"))
+    at_place, above_user = data.pop("stops")
+    assert set(at_place) | set(above_user) == set(keys_of("stops"))
     (zone,) = data.pop("no_fly")
     assert set(zone) <= set(NO_FLY_KEYS)
     ((polygon,), (circle,)) = (data["fence"].pop("inclusion"), data["fence"].pop("exclusion"))
@@ -49,9 +52,7 @@ def test_the_template_documents_every_key_and_no_other():
     }
 
 
-@pytest.mark.parametrize(
-    "key", [*keys_of("rally").values(), *keys_of("vehicles").values()], ids=lambda key: key.place
-)
+@pytest.mark.parametrize("key", LISTED_THINGS, ids=lambda key: key.place)
 def test_the_template_says_range_and_unit_of_a_listed_things_keys(key):
     """Its comments as the section has them."""
     _, comments = template_with_everything()
@@ -104,17 +105,12 @@ def documented():
 
 def test_the_documentation_has_every_key_and_no_other():
     """One row a key; an area's two keys stand under inclusion."""
-    known = {
-        (key.section, key.name)
-        for key in (*ALL_KEYS, *keys_of("rally").values(), *keys_of("vehicles").values())
-    }
+    known = {(key.section, key.name) for key in (*ALL_KEYS, *LISTED_THINGS)}
     areas = {("fence.inclusion", key) for key in AREA_KEYS} | {("no_fly", key) for key in NO_FLY_KEYS}
     assert documented().keys() == known | areas
 
 
-@pytest.mark.parametrize(
-    "key", [*ALL_KEYS, *keys_of("rally").values(), *keys_of("vehicles").values()], ids=lambda key: key.place
-)
+@pytest.mark.parametrize("key", [*ALL_KEYS, *LISTED_THINGS], ids=lambda key: key.place)
 def test_the_documentation_says_unit_default_and_range(key):
     """As the sections have them."""
     unit, default, allowed = documented()[key.section, key.name]
