@@ -7,7 +7,7 @@ store comes from its table.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,10 @@ from mavplan.mission.autopilots import AutopilotRules
 from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import Channel, planning_channel
-from mavplan.scenario.model import Floats, Scenario, Users
+from mavplan.scenario.model import Floats, Ints, Scenario, Users
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 WORTHWHILE = 0.02
 """Where rounding up adds more than this share, whole steps are optimised themselves."""
@@ -28,6 +31,9 @@ SEARCH_GAP = 1e-3
 
 ROUNDING_S = 1e-7
 """Seconds that arithmetic may add or take."""
+
+WIDER = 1e-6
+"""Part of R, and metres, by which neighbours are looked for farther away than they may be."""
 
 DEMAND_TOLERANCE_BIT = 1.0
 """A demand short of less than this is met: what a solver's last digits cost must not add a whole step."""
@@ -110,10 +116,9 @@ def hold_times(
             )
             left_bit = demand_bit - in_flight_bit
             demand_bit = np.where(left_bit < DEMAND_TOLERANCE_BIT, 0.0, left_bit)
-        if rates is None:
-            rates = broadcast_rates(scenario.users, trajectory.stops_m, channel)
-        asked_s = least_s + least_broadcast_holds(rates, np.maximum(demand_bit - rates @ least_s, 0.0))
-        stored_s = _stored_broadcast_holds(asked_s, rates, demand_bit, rules, least_s)
+        near = near_rates(scenario.users, trajectory.stops_m, channel) if rates is None else sparse(rates)
+        asked_s = least_s + _least_holds(near, np.maximum(demand_bit - near @ least_s, 0.0))
+        stored_s = _stored_broadcast_holds(asked_s, near, demand_bit, rules, least_s)
         holds = Holds(asked_s, stored_s, in_flight_bit=in_flight_bit)
     too_long = np.flatnonzero(holds.stored_s > rules.max_hold_s)
     if len(too_long):
@@ -175,6 +180,23 @@ def broadcast_rates(users: Users, stops_m: Floats, channel: Channel) -> Floats:
     return np.where(channel.reaches(distance_m), bit_s, 0.0)
 
 
+def near_rates(users: Users, stops_m: Floats, channel: Channel) -> "csr_array":
+    """Return the positive of `broadcast_rates` as sparse (N, M), columns in order: users reach few of many stops."""
+    from scipy.sparse import csr_array
+    from scipy.spatial import KDTree
+
+    found: Any = KDTree(stops_m).query_ball_point(
+        users.xy_m, channel.radius_m * (1 + WIDER) + WIDER, return_sorted=True
+    )
+    counts = np.array([len(stops) for stops in found], dtype=np.int64)
+    stop: Ints = np.fromiter((at for stops in found for at in stops), np.int64, int(counts.sum()))
+    user = np.repeat(np.arange(len(users)), counts)
+    distance_m = np.linalg.norm(users.xy_m[user] - stops_m[stop], axis=1)
+    kept = channel.reaches(distance_m)
+    bit_s = channel.radio.bandwidth_hz * channel.air_rate(distance_m[kept])
+    return csr_array((bit_s, (user[kept], stop[kept])), shape=(len(users), len(stops_m)))
+
+
 def least_broadcast_holds(rates_bit_s: Floats, demand_bit: Floats) -> Floats:
     """Solve min Σ t_m subject to Σ_m r_nm·t_m ≥ D_n, t ≥ 0; of equally good answers the earliest stops.
 
@@ -189,16 +211,28 @@ def least_broadcast_holds(rates_bit_s: Floats, demand_bit: Floats) -> Floats:
     -------
     (M,) seconds.
     """
+    return _least_holds(sparse(rates_bit_s), demand_bit)
+
+
+def sparse(rates_bit_s: Floats) -> "csr_array":
+    """Return the rates that are not 0."""
+    from scipy.sparse import csr_array
+
+    return csr_array(rates_bit_s)
+
+
+def _least_holds(rates_bit_s: "csr_array", demand_bit: Floats) -> Floats:
+    """Return what `least_broadcast_holds` does, of the rates that are not 0."""
     from scipy.sparse import csr_array, vstack
 
     stops = rates_bit_s.shape[1]
-    wanting = demand_bit > 0
-    if not wanting.any():
+    wanting = np.flatnonzero(demand_bit > 0)
+    if not len(wanting):
         return np.zeros(stops)
     # Each row divided by the user's best rate: the right-hand side is then the seconds that it needs at least, and
     # the solver's tolerance is one in seconds.
-    best_bit_s = rates_bit_s[wanting].max(axis=1)
-    needs = csr_array(-rates_bit_s[wanting] / best_bit_s[:, None])
+    needs, best_bit_s = _by_best(rates_bit_s[wanting])
+    needs.data *= -1.0
     limits = -demand_bit[wanting] / best_bit_s
     shortest_s = _linear_programme(np.ones(stops), needs, limits)
     # A second programme settles ties: among all with this sum, the one whose seconds come earliest.
@@ -206,6 +240,14 @@ def least_broadcast_holds(rates_bit_s: Floats, demand_bit: Floats) -> Floats:
     return _linear_programme(
         np.linspace(1.0 / stops, 1.0, stops), with_sum, np.append(limits, shortest_s.sum() * (1 + 1e-9))
     )
+
+
+def _by_best(rates: "csr_array") -> tuple["csr_array", Floats]:
+    """Return rows divided by their greatest entries, and those."""
+    best: Floats = np.asarray(rates.max(axis=1).toarray(), dtype=np.float64).reshape(-1)
+    divided = rates.copy()
+    divided.data /= np.repeat(best, np.diff(divided.indptr))
+    return divided, best
 
 
 def _linear_programme(cost: Floats, matrix: Any, limits: Floats) -> Floats:
@@ -222,7 +264,7 @@ def _linear_programme(cost: Floats, matrix: Any, limits: Floats) -> Floats:
 
 
 def _stored_broadcast_holds(
-    asked_s: Floats, rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules, least_s: Floats
+    asked_s: Floats, rates_bit_s: "csr_array", demand_bit: Floats, rules: AutopilotRules, least_s: Floats
 ) -> Floats:
     """Return whole steps that meet every demand and least hold: rounded up, or optimised where that is dear."""
     rounded = _topped_up(_rounded_up(asked_s, rules), rates_bit_s, demand_bit, rules)
@@ -247,34 +289,34 @@ def _seconds(steps: Floats, rules: AutopilotRules) -> Floats:
     return np.round(steps * rules.hold_step_s, 6)
 
 
-def _topped_up(hold_s: Floats, rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules) -> Floats:
+def _topped_up(hold_s: Floats, rates_bit_s: "csr_array", demand_bit: Floats, rules: AutopilotRules) -> Floats:
     """Return the holds with steps added until what the autopilot stores (float32) meets every demand."""
     hold_s = hold_s.copy()
     short = rates_bit_s @ hold_s.astype(np.float32) < demand_bit - DEMAND_TOLERANCE_BIT
     for user in np.flatnonzero(short):
-        best = int(rates_bit_s[user].argmax())
-        while rates_bit_s[user] @ hold_s.astype(np.float32) < demand_bit[user] - DEMAND_TOLERANCE_BIT:
+        own = slice(rates_bit_s.indptr[user], rates_bit_s.indptr[user + 1])
+        stops, rates = rates_bit_s.indices[own], rates_bit_s.data[own]
+        best = int(stops[rates.argmax()])
+        while rates @ hold_s[stops].astype(np.float32) < demand_bit[user] - DEMAND_TOLERANCE_BIT:
             hold_s[best] = _seconds(hold_s[best : best + 1] / rules.hold_step_s + 1, rules)[0]
     return hold_s
 
 
 def _least_whole_steps(
-    rates_bit_s: Floats, demand_bit: Floats, rules: AutopilotRules, least_s: Floats
+    rates_bit_s: "csr_array", demand_bit: Floats, rules: AutopilotRules, least_s: Floats
 ) -> Floats | None:
     """Return whole steps of least sum, or None where the bounded search finds none."""
     from scipy.optimize import Bounds, LinearConstraint, milp
-    from scipy.sparse import csr_array
 
     stops = rates_bit_s.shape[1]
-    wanting = demand_bit > 0
+    wanting = np.flatnonzero(demand_bit > 0)
     least = np.rint(_rounded_up(least_s, rules) / rules.hold_step_s)
-    if not wanting.any():
+    if not len(wanting):
         return _seconds(least, rules)
-    best_bit = rates_bit_s[wanting].max(axis=1) * rules.hold_step_s
-    needs = csr_array(rates_bit_s[wanting] * rules.hold_step_s / best_bit[:, None])
+    needs, best_bit_s = _by_best(rates_bit_s[wanting])
     found = milp(
         np.ones(stops),
-        constraints=LinearConstraint(needs, lb=demand_bit[wanting] / best_bit),
+        constraints=LinearConstraint(needs, lb=demand_bit[wanting] / (best_bit_s * rules.hold_step_s)),
         integrality=np.ones(stops, dtype=np.int64),
         bounds=Bounds(lb=least),
         options={"node_limit": SEARCH_NODES, "mip_rel_gap": SEARCH_GAP},

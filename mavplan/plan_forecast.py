@@ -1,6 +1,6 @@
 """The forecast of a plan as an object: ``forecast`` in ``X.mavplan.json`` and ``mavplan plan --json``."""
 
-from dataclasses import asdict
+from dataclasses import fields
 from typing import Any
 
 from mavplan.mission.phases import Phases
@@ -8,6 +8,8 @@ from mavplan.mission.sendable import command_name
 from mavplan.plan import Plan
 
 SECONDS_DIGITS, WH_DIGITS = 2, 4
+
+PHASES = tuple(phase.name for phase in fields(Phases))
 
 
 def forecast_object(plan: Plan) -> dict[str, Any]:
@@ -47,10 +49,8 @@ def stop_of_item(plan: Plan) -> dict[int, int]:
 
 def _phases(seconds: Phases, energy_wh: Phases | None) -> dict[str, float | None]:
     """Return ``climb_s`` … ``descent_s`` and ``climb_wh`` … ``descent_wh``."""
-    named: dict[str, float | None] = {
-        f"{phase}_s": _rounded(value, SECONDS_DIGITS) for phase, value in asdict(seconds).items()
-    }
-    for phase in asdict(seconds):
+    named = {f"{phase}_s": _rounded(getattr(seconds, phase), SECONDS_DIGITS) for phase in PHASES}
+    for phase in PHASES:
         known = None if energy_wh is None else getattr(energy_wh, phase)
         named[f"{phase}_wh"] = _rounded(known, WH_DIGITS)
     return named

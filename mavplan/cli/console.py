@@ -107,13 +107,13 @@ def quoted(word: str) -> str:
     return printable(shlex.quote(word))
 
 
-def answer(document: Mapping[str, Any]) -> None:
+def answer(document: Mapping[str, Any] | Callable[[], Mapping[str, Any]]) -> None:
     """Print the one object for scripts, if that is wanted, with the warnings that were told."""
     now = mode()
     if not now.as_json:
         return
     warnings = [str(problem) for problem in now.said if problem.severity == "warning"]
-    _print_object({"warnings": warnings, **document})
+    _print_object({"warnings": warnings, **(document() if callable(document) else document)})
     now.answered = True
 
 

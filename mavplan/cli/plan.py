@@ -190,7 +190,7 @@ def plan_command(
         print_items(made)
         tell()
     tell_written(written)
-    answer(summary(made) | {"written": [str(path) for path in written]})
+    answer(lambda: summary(made) | {"written": [str(path) for path in written]})
     mission = next((path for path in written if path.suffix.lower() in FORMATS), None)
     if mission is not None:
         tell_next("mavplan", "check", mission, why="a mock vehicle flies it")

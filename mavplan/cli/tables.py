@@ -1,6 +1,6 @@
 """A plan as a person reads it in a terminal: a row for each stop or each item, then the totals."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, astuple
 
 import numpy as np
@@ -18,6 +18,9 @@ from mavplan.scenario.model import Scenario
 MOST_NAMES = 8
 """Names of users in one cell; the rest is counted."""
 
+MOST_ROWS = 400
+"""Of longer tables the first and last are shown, half of these each; the plan's file has all."""
+
 
 def print_plan(plan: Plan) -> None:
     """Print stops in flying order with arrival, hold and users, and the totals."""
@@ -32,33 +35,51 @@ def print_plan(plan: Plan) -> None:
     for heading in ("stop", "latitude", "longitude", *heights, "leg m", "arrives", "hold s"):
         table.add_column(heading, justify="right", no_wrap=True)
     names = plan.pinned_names
-    if any(names):
+    any_name = any(names)
+    if any_name:
         table.add_column("pinned")
     table.add_column("served from the air")
     if any_d2d:
         table.add_column("served by D2D")
-    for stop, item in enumerate(plan.built.stop_items):
-        here = trajectory.assignment.stop == stop
-        place = items[item.first]
+    arrivals_s, assignment = plan.arrivals_s, trajectory.assignment
+    by_stop = np.argsort(assignment.stop, kind="stable")
+    counts = np.bincount(assignment.stop[assignment.served], minlength=len(trajectory.stop_at))
+    ends = np.cumsum(counts) + int((~assignment.served).sum())
+    for stop in _shown(len(plan.built.stop_items)):
+        if stop is None:
+            table.add_row("…")
+            continue
+        here = by_stop[ends[stop] - counts[stop] : ends[stop]]
+        place = items[plan.built.stop_items[stop].first]
         cells = [
             str(stop + 1),
             f"{place.lat_deg:.6f}",
             f"{place.lon_deg:.6f}",
             *([f"{place.alt_m:,.0f}"] if over_ground else []),
             f"{legs_m[stop]:,.0f}",
-            stopwatch(plan.arrivals_s[stop]),
+            stopwatch(arrivals_s[stop]),
             f"{plan.holds.stored_s[stop]:g}",
-            *([printable(names[stop])] if any(names) else []),
-            _names([users.names[n] for n in np.flatnonzero(here & ~trajectory.assignment.d2d)]),
+            *([printable(names[stop])] if any_name else []),
+            _names([users.names[n] for n in here[~assignment.d2d[here]]]),
         ]
         if any_d2d:
-            relayed = np.flatnonzero(here & trajectory.assignment.d2d)
+            relayed = here[assignment.d2d[here]]
             cells.append(_names([f"{users.names[n]} (by {users.names[users.mate[n]]})" for n in relayed]))
         table.add_row(*cells)
     print_table(table)
     tell()
     for line in totals(plan):
         tell(line)
+
+
+def _shown(count: int) -> Iterator[int | None]:
+    """Yield the numbers of the rows that are shown, None for those left out."""
+    if count <= MOST_ROWS:
+        yield from range(count)
+        return
+    yield from range(MOST_ROWS // 2)
+    yield None
+    yield from range(count - MOST_ROWS // 2, count)
 
 
 def totals(plan: Plan) -> list[str]:
@@ -109,7 +130,11 @@ def print_items(plan: Plan) -> None:
     table.add_column("stop", justify="right", no_wrap=True)
     for heading, footer in zip(headings, sums, strict=True):
         table.add_column(heading, footer, justify="right", no_wrap=True)
-    for item in found.items:
+    for row in _shown(len(found.items)):
+        if row is None:
+            table.add_row("…")
+            continue
+        item = found.items[row]
         stop = stops.get(item.item)
         cells = [str(item.item + 1), command_name(item.command), "" if stop is None else str(stop + 1)]
         cells += [*_seconds(item.seconds), stopwatch(item.done_s)]

@@ -6,7 +6,7 @@ has which phases is `mavplan.mission.forecast`'s business. Without a rotor every
 
 import math
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,11 +36,16 @@ class Phases:
     @property
     def total(self) -> float:
         """Sum of the four."""
-        return math.fsum(astuple(self))
+        return math.fsum((self.climb, self.cruise, self.hover, self.descent))
 
     def __add__(self, other: "Phases") -> "Phases":
         """Return the sums, phase by phase."""
-        return Phases(*(math.fsum(pair) for pair in zip(astuple(self), astuple(other), strict=True)))
+        return Phases(
+            self.climb + other.climb,
+            self.cruise + other.cruise,
+            self.hover + other.hover,
+            self.descent + other.descent,
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,9 @@ BORDER = 1e-9
 
 MOST_STRIPS = 10_000
 
+WIDER = 1.001
+"""Neighbours are looked for within so many R, then measured."""
+
 
 def sbw(users: Users, channel: Channel) -> Trajectory:
     """Plan strip-based waypoints: all of every strip, southernmost first from its western end; no D2D.
@@ -39,7 +42,12 @@ def sbw(users: Users, channel: Channel) -> Trajectory:
             f"a coverage radius of {radius_m:g} m makes {strips:,} strips, at most {MOST_STRIPS:,} are flown"
         )
         raise InputError([Problem("[radio]", message, "too-many-strips")])
+    from scipy.spatial import KDTree
+
+    tree = KDTree(users.xy_m)
     strip = strip_of(users.xy_m[:, 1] - south, radius_m, strips)
+    by_strip = np.argsort(strip, kind="stable")
+    ends = np.cumsum(np.bincount(strip, minlength=strips))
     covered = np.zeros(len(users), dtype=bool)
     path: list[Floats] = [ORIGIN_M]
     stop_at: list[int] = []
@@ -48,12 +56,13 @@ def sbw(users: Users, channel: Channel) -> Trajectory:
         eastward = index % 2 == 0
         first, last = (west, east) if eastward else (east, west)
         path.append(np.array([first, centre_line]))
-        own = np.flatnonzero(strip == index)
+        own = by_strip[ends[index - 1] if index else 0 : ends[index]]
         along = users.xy_m[own, 0]
         for user in own[np.argsort(along if eastward else -along, kind="stable")]:
             if not covered[user]:
                 stop = np.array([users.xy_m[user, 0], centre_line])
-                covered |= channel.reaches(np.linalg.norm(users.xy_m - stop, axis=1))
+                near = np.array(tree.query_ball_point(stop, WIDER * radius_m), dtype=np.int64)
+                covered[near] |= channel.reaches(np.linalg.norm(users.xy_m[near] - stop, axis=1))
                 if (stop != path[-1]).any():
                     path.append(stop)
                 stop_at.append(len(path) - 1)
