@@ -30,6 +30,7 @@ class Row:
     hover_s: float
     mission_s: float
     energy_wh: float | None
+    altitude_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,8 @@ def compare(scenario: Scenario, progress: Callable[[int, int], None] | None = No
         tell(done)(0, 1)
         options = dataclasses.replace(scenario.planner, name=name)
         plans.append(make_plan(dataclasses.replace(scenario, planner=options), progress=tell(done)))
-    radius_m = plans[0].trajectory.radius_m
+    # Where each planner has an altitude of its own, the lowest reaches farthest.
+    radius_m = max(plan.trajectory.radius_m for plan in plans)
     tell(len(names))(0, 1)
     cover = minimum_cover(scenario.users.xy_m, radius_m, time_limit_s=COVER_LIMIT_S)
     tell(len(names) + 1)(0, 1)
@@ -114,4 +116,5 @@ def _row(plan: Plan, benchmark: Plan) -> Row:
         hover_s=plan.holds.hover_s,
         mission_s=plan.forecast.mission_s,
         energy_wh=plan.forecast.used_wh,
+        altitude_m=plan.scenario.vehicle.altitude_m,
     )

@@ -5,7 +5,7 @@ The way of the data in one page; each step is a module of its own. No files here
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -33,6 +33,9 @@ from mavplan.scenario.model import Floats, Scenario
 from mavplan.terrain.check import held_against_ground
 from mavplan.terrain.flight import fly_over
 from mavplan.terrain.service import Links
+
+if TYPE_CHECKING:
+    from mavplan.altitude import ChosenAltitude
 
 HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
 
@@ -82,6 +85,8 @@ class Plan:
     """Who is heard from which stop over real ground; None where there is none."""
     part: Part | None = None
     """Which flight it is, where several share the work."""
+    altitude: "ChosenAltitude | None" = None
+    """How its altitude was chosen, where it was sought."""
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
@@ -143,7 +148,7 @@ def make_plan(
     hover: HoverStyle = "waypoint+loiter",
     progress: Callable[[int, int], None] | None = None,
 ) -> Plan:
-    """Plan a flight: stop points and their order, holds, mission, forecast.
+    """Plan a flight: stop points and their order, holds, mission, forecast; where its altitude is sought, at the best.
 
     Raises
     ------
@@ -152,6 +157,10 @@ def make_plan(
         mission would leave its fence, no-fly zones leave no place for a user or no way to a stop, the ground is not
         known under a leg.
     """
+    if scenario.search_altitude:
+        from mavplan.altitude import plan_at_best_altitude
+
+        return plan_at_best_altitude(scenario, hover, progress)
     return plan_along(scenario, plan_trajectory(scenario, progress), hover)
 
 

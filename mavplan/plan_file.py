@@ -36,6 +36,7 @@ def summary(plan: Plan) -> dict[str, Any]:
         "flight_s": round(plan.forecast.flight_s, 1),
         "hover_s": plan.holds.hover_s,
         "mission_s": round(round(plan.forecast.flight_s, 1) + plan.holds.hover_s, 3),
+        **({} if plan.altitude is None else {"altitude": dataclasses.asdict(plan.altitude)}),
         "stops": _stops(plan),
         "users": _users(plan),
         "forecast": forecast_object(plan),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mavplan.cli.kinds import Files
-from mavplan.cli.plan import Clusters, with_options
+from mavplan.cli.plan import Clusters, altitude_option, with_options
 from mavplan.cli.streams import read_scenario
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @click.option(
     "--seed", type=click.IntRange(min=0), help="Seed of all that is random, instead of the scenario's."
 )
+@altitude_option
 @click.option(
     "-o",
     "--output",
@@ -29,7 +30,11 @@ if TYPE_CHECKING:
     help="Draw the plans side by side: .png, .svg or .pdf.",
 )
 def compare_command(
-    scenario: Path, clusters: int | str | None, seed: int | None, picture: Path | None
+    scenario: Path,
+    clusters: int | str | None,
+    seed: int | None,
+    altitude: float | str | None,
+    picture: Path | None,
 ) -> None:
     """Plan SCENARIO with every planner and show stops, length, throughput and time of each.
 
@@ -46,7 +51,7 @@ def compare_command(
 
     if picture is not None:
         check_picture(picture)
-    loaded = with_options(read_scenario(scenario), None, clusters, seed, None)
+    loaded = with_options(read_scenario(scenario), None, clusters, seed, None, altitude=altitude)
     with progress("comparing") as tell:
         found = compare(loaded, tell)
     if picture is not None:
@@ -77,13 +82,27 @@ def print_comparison(found: "Comparison") -> None:
     table = plain_table()
     table.add_column("planner", no_wrap=True)
     energy = all(row.energy_wh is not None for row in found.rows)
-    headings = ["K", "stops", "D2D", "length\nm", "/SBW", "Σ rate", "/SBW", "ρe", "hover", "mission"]
+    heights = len({row.altitude_m for row in found.rows}) > 1 or found.plans[0].altitude is not None
+    headings = [
+        "K",
+        *(["alt m"] if heights else []),
+        "stops",
+        "D2D",
+        "length\nm",
+        "/SBW",
+        "Σ rate",
+        "/SBW",
+        "ρe",
+        "hover",
+        "mission",
+    ]
     for heading in [*headings, *(["Wh"] if energy else [])]:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in found.rows:
         table.add_row(
             row.planner.upper(),
             str(row.clusters or "–"),
+            *([f"{row.altitude_m:g}"] if heights else []),
             str(row.stops),
             str(row.d2d_users),
             f"{row.length_m:,.0f}",

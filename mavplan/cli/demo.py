@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from mavplan.cli.kinds import Files
+from mavplan.cli.plan import altitude_option, with_options
 from mavplan.cli.streams import read_scenario, stem_of
 from mavplan.errors import MavplanError
 
@@ -25,7 +26,8 @@ READY = re.compile(r"listening on (udpin:127\.0\.0\.1:(\d+))")
     show_default=True,
     help="Folder for the files.",
 )
-def demo_command(scenario: Path | None, out: Path) -> None:
+@altitude_option
+def demo_command(scenario: Path | None, out: Path, altitude: float | str | None) -> None:
     """Plan SCENARIO (default: the one of mavplan init), write the files, upload to a mock vehicle, read back.
 
     Everything stays on this machine: the mock vehicle is a process of its own that listens on 127.0.0.1.
@@ -50,7 +52,7 @@ def demo_command(scenario: Path | None, out: Path) -> None:
         scenario = out / TEMPLATE[0]
         if not scenario.is_file():
             tell_written(write_template(out))
-    loaded = read_scenario(scenario)
+    loaded = with_options(read_scenario(scenario), None, None, None, None, altitude=altitude)
     make_folder(out)
     tell(f"1. plan {scenario}\n")
     with progress("planning") as move:

@@ -1,6 +1,7 @@
 """``mavplan plan``: from a scenario to a table, a mission file and the plan beside it."""
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,11 +9,13 @@ import click
 
 from mavplan.cli.kinds import Files, Planner
 from mavplan.cli.streams import format_option, named_outputs, read_scenario, stem_of
+from mavplan.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from mavplan.scenario.model import Scenario
 
 WRITTEN = (".plan", ".waypoints", ".kml", ".kmz", ".gpx", ".geojson", ".csv", ".png", ".svg", ".pdf")
+MAX_ALTITUDE_M = 10_000
 HOVER_STYLES = ("waypoint+loiter", "loiter", "hold")
 
 
@@ -52,6 +55,33 @@ class SortieCount(click.ParamType[int | str]):
         return count
 
 
+class Altitude(click.ParamType[float | str]):
+    """``auto`` or metres."""
+
+    name = "M"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        """Return ``auto`` or an altitude."""
+        if value == "auto":
+            return "auto"
+        try:
+            metres = float(value)
+        except ValueError:
+            metres = math.nan
+        if not 0 < metres <= MAX_ALTITUDE_M:
+            self.fail(
+                f"{value!r} is neither 'auto' nor metres above 0 and at most {MAX_ALTITUDE_M:,}", param, ctx
+            )
+        return metres
+
+
+altitude_option = click.option(
+    "--altitude",
+    type=Altitude(),
+    help="Metres, or 'auto': the altitude at which the mission is shortest, instead of the scenario's.",
+)
+
+
 @click.command("plan", short_help="Plan stops, order and holds, and write the mission.")
 @click.argument("scenario", type=Files(".toml", dash=True))
 @click.option(
@@ -76,6 +106,7 @@ class SortieCount(click.ParamType[int | str]):
     type=click.Choice(["ardupilot", "px4"]),
     help="Firmware, instead of the scenario's [vehicle].",
 )
+@altitude_option
 @click.option(
     "--hover",
     type=click.Choice(HOVER_STYLES),
@@ -133,6 +164,7 @@ def plan_command(
     time_limit_s: float | None,
     seed: int | None,
     autopilot: str | None,
+    altitude: float | str | None,
     hover: str,
     outputs: tuple[Path, ...],
     kind: str | None,
@@ -148,6 +180,7 @@ def plan_command(
     mavplan plan scenario.toml
     mavplan plan scenario.toml --clusters 6 -o valley.plan -o valley.waypoints -o valley.png
     mavplan plan scenario.toml --planner length --time-limit 60
+    mavplan plan scenario.toml --altitude auto
     mavplan plan scenario.toml --items
     mavplan plan scenario.toml --sorties auto
     mavplan plan scenario.toml --vehicles 3 --altitude-step 15
@@ -164,7 +197,7 @@ def plan_command(
     outputs = named_outputs(outputs, kind) or (Path(f"{stem_of(scenario)}.plan"),)
     check_outputs(outputs)
     note(f"reading {scenario}")
-    loaded = with_options(read_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s)
+    loaded = with_options(read_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s, altitude)
     if sorties is not None and vehicles is not None:
         raise click.UsageError(
             "--sorties and --vehicles do not go together: plan each vehicle's users by themselves"
@@ -203,13 +236,27 @@ def with_options(
     seed: int | None,
     autopilot: str | None,
     time_limit_s: float | None = None,
+    altitude: float | str | None = None,
 ) -> "Scenario":
-    """Return the scenario with what the command line says instead."""
+    """Return the scenario with what the command line says instead.
+
+    Raises
+    ------
+    InputError
+        Over terrain, an altitude that is less than what is to be kept above it.
+    """
     chosen = {"name": planner, "clusters": clusters, "seed": seed, "time_limit_s": time_limit_s}
     given: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
     vehicle: dict[str, Any] = {} if autopilot is None else {"autopilot": autopilot}
+    if isinstance(altitude, float):
+        clearance_m = scenario.terrain_options.clearance_m
+        if scenario.terrain_options.file is not None and altitude < clearance_m:
+            message = f"is below [terrain] clearance_m = {clearance_m:g}, which is kept above the ground"
+            raise InputError([Problem(f"--altitude {altitude:g}", message, "clearance")])
+        vehicle["altitude_m"] = altitude
     return dataclasses.replace(
         scenario,
+        search_altitude=altitude == "auto" if altitude is not None else scenario.search_altitude,
         planner=dataclasses.replace(scenario.planner, **given),
         vehicle=dataclasses.replace(scenario.vehicle, **vehicle),
     )

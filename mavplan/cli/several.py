@@ -22,7 +22,7 @@ from mavplan.cli.console import (
 )
 from mavplan.cli.outputs import prepared
 from mavplan.cli.streams import is_stdout
-from mavplan.cli.tables import print_items, print_plan
+from mavplan.cli.tables import altitude_line, print_items, print_plan
 from mavplan.errors import InputError, Problem
 from mavplan.formats.atomic import write_all
 from mavplan.plan import Plan
@@ -135,6 +135,8 @@ def print_flights(kind: str, plans: Sequence[Plan], files: Sequence[Path]) -> No
     for heading in (*(["Wh"] if known else []), *(["left"] if charged else [])):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("file")
+    if plans[0].altitude is not None:
+        tell(altitude_line(plans[0].altitude))
     for number, (plan, file) in enumerate(zip(plans, files, strict=True), start=1):
         part = plan.part
         cells = [printable(part.name) if part is not None and part.name else str(number)]

@@ -5,6 +5,7 @@ from dataclasses import asdict, astuple
 
 import numpy as np
 
+from mavplan.altitude import ChosenAltitude
 from mavplan.bounds import Bound
 from mavplan.cli.console import clock, counted, plain_table, print_table, printable, stopwatch, tell
 from mavplan.hover import demand_on_air
@@ -101,6 +102,8 @@ def totals(plan: Plan) -> list[str]:
         f"{_proved_time(trajectory.bound, plan.scenario)}",
         _energy(plan),
     ]
+    if plan.altitude is not None:
+        lines.append(altitude_line(plan.altitude))
     if plan.holds.in_flight_bit is not None:
         demand_bit = demand_on_air(plan.scenario.users, trajectory)
         useful_bit = np.minimum(plan.holds.in_flight_bit, demand_bit).sum()
@@ -108,6 +111,20 @@ def totals(plan: Plan) -> list[str]:
             f"in flight: {useful_bit / 1e6:,.0f} of {demand_bit.sum() / 1e6:,.0f} Mbit are received on the way"
         )
     return lines
+
+
+def altitude_line(found: ChosenAltitude) -> str:
+    """Return which altitude was chosen, and what each one that was tried came to."""
+    unit = "s" if found.objective == "mission_s" else "m"
+    values = [
+        f"{tried.altitude_m:g} m {'–' if tried.value is None else f'{tried.value:,.0f} {unit}'}"
+        for tried in found.tried
+    ]
+    what = {"mission_s": "mission", "path_m": "path", "tour_m": "path and way home"}[found.objective]
+    return (
+        f"altitude {found.chosen_m:g} m chosen between {found.low_m:g} and {found.high_m:g} m, "
+        f"by the {what}: {', '.join(values)}"
+    )
 
 
 def print_items(plan: Plan) -> None:

@@ -85,10 +85,14 @@ def plan_fleet(
     if scenario.stops and count > 1:
         message = "pinned stops are for one vehicle: leave them out, or plan it with a scenario of its own"
         raise InputError([Problem("[[stops]]", message, "fleet-stops")])
+    chosen = None
+    if scenario.search_altitude:
+        single, scenario = _at_best_altitude(scenario, altitude_step_m * (count - 1), hover, progress)
+        chosen, progress = single.altitude, None
     own = [_of_vehicle(scenario, number, altitude_step_m) for number in range(count)]
     single = make_plan(own[0], hover, progress)
     if count == 1:
-        return Fleet(single, (single,))
+        return Fleet(single, (replace(single, altitude=chosen),))
     # From the highest the fewest are in reach: its stops do for all of them.
     base = make_plan(replace(own[0], vehicle=own[-1].vehicle), hover) if altitude_step_m > 0 else single
     found = _Crews(base, own, hover).planned()
@@ -97,7 +101,29 @@ def plan_fleet(
     if starts is None or starts.longest_s(found) > single.forecast.mission_s:
         # Then one vehicle alone is done sooner than all of them in turn.
         found, starts = alone, Starts((0.0,) * count, ())
-    return Fleet(single, _numbered(found, starts, scenario), (*starts.said, *_idle(found, scenario)))
+    plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(found, starts, scenario))
+    return Fleet(single, plans, (*starts.said, *_idle(found, scenario)))
+
+
+def _at_best_altitude(
+    scenario: Scenario, steps_m: float, hover: HoverStyle, progress: Callable[[int, int], None] | None
+) -> tuple[Plan, Scenario]:
+    """Return what one vehicle flies at the altitude at which it is done soonest, and the scenario at that altitude.
+
+    Parameters
+    ----------
+    steps_m
+        How much higher the highest of the fleet flies: it keeps to the greatest altitude too.
+    """
+    vehicle = replace(scenario.vehicle, altitude_max_m=scenario.vehicle.altitude_max_m - steps_m)
+    if vehicle.altitude_max_m <= 0:
+        raise InputError(
+            [Problem("--altitude-step", "leaves no altitude for the first vehicle", "no-altitude")]
+        )
+    sought = _of_vehicle(replace(scenario, vehicle=vehicle), 0, 0.0)
+    single = make_plan(sought, hover, progress)
+    at = replace(scenario.vehicle, altitude_m=single.scenario.vehicle.altitude_m)
+    return single, replace(scenario, vehicle=at, search_altitude=False)
 
 
 def _of_vehicle(scenario: Scenario, number: int, altitude_step_m: float) -> Scenario:

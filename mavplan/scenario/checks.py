@@ -44,6 +44,15 @@ def check_altitude(radio: Radio, vehicle: Vehicle, service: Service, label: str,
     report.error(f"{label}, [vehicle] altitude_m", message, "no-coverage")
 
 
+def check_altitudes(vehicle: Vehicle, label: str, report: Report) -> None:
+    """Note a least altitude above the greatest."""
+    if vehicle.altitude_min_m <= vehicle.altitude_max_m:
+        return
+    low, high = figure(vehicle.altitude_min_m), figure(vehicle.altitude_max_m)
+    message = f"found {high}; altitude_min_m = {low} is more than that"
+    report.error(f"{label}, [vehicle] altitude_max_m", message, "altitudes")
+
+
 def check_battery(vehicle: Vehicle, label: str, report: Report) -> None:
     """Note a battery without a mass: nobody could say what is left in it."""
     if vehicle.battery_wh is None or vehicle.mass_kg is not None:

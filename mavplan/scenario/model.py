@@ -86,6 +86,7 @@ class Scenario:
     ``vehicles`` are those of a fleet that have homes of their own; ``stops`` are those that the plan must have, each
     with a name and a place in degrees. ``fence``, ``no_fly`` and ``rally`` stay in
     degrees, as they go into the mission: ``fence`` is what a mission is held to, ``no_fly`` what it is planned round.
+    With ``search_altitude`` the vehicle's altitude is the least there may be, and the planned one is still sought.
     Without ``terrain`` the ground is flat. ``warnings`` holds what was noticed while reading: a pair beyond the D2D
     range, keys not used.
     """
@@ -106,4 +107,5 @@ class Scenario:
     stops: tuple[PinnedStop, ...] = ()
     terrain_options: TerrainOptions = field(default_factory=TerrainOptions)
     terrain: Terrain | None = None
+    search_altitude: bool = False
     warnings: tuple[Problem, ...] = ()

@@ -21,6 +21,7 @@ from mavplan.scenario.sections import (
     FenceOptions,
     FleetVehicle,
     Home,
+    OrAuto,
     PinnedStop,
     PlannerOptions,
     Radio,
@@ -167,7 +168,8 @@ def _describe(hint: Any) -> tuple[str, _Limits]:
     if origin is Annotated:
         base, *extras = get_args(hint)
         limits = _limits(extras)
-        return _NOUNS[base] + _range_words(limits), limits
+        auto = ', or "auto"' if any(isinstance(extra, OrAuto) for extra in extras) else ""
+        return _NOUNS[base] + _range_words(limits) + auto, limits
     return _NOUNS[hint], _NO_LIMITS
 
 

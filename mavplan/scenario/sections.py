@@ -18,6 +18,11 @@ _CHECKED = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 Solver = Literal["closed-form", "cvxpy"]
 """How the convex steps are solved: in closed form, or by CVXPY, slower, as the reference."""
 
+
+class OrAuto:
+    """In an annotation: a file may also say ``auto``, which is settled before there is a plan."""
+
+
 Positive = Annotated[float, Field(gt=0)]
 LatDeg = Annotated[float, Field(ge=-90, le=90)]
 LonDeg = Annotated[float, Field(ge=-180, le=180)]
@@ -92,7 +97,7 @@ class D2D:
 
 @dataclass(frozen=True, config=_CHECKED)
 class Vehicle:
-    """The multirotor; altitude above home.
+    """The multirotor; altitude above home, in a file also ``auto``: sought between the least and the greatest.
 
     ``acceleration_m_s2`` None is the autopilot's measured law, 0 reaches speed at once. ``position_error_m`` None is
     what the autopilot was measured to be off its place. ``endurance_s`` None
@@ -100,7 +105,9 @@ class Vehicle:
     """
 
     autopilot: Literal["ardupilot", "px4"] = "ardupilot"
-    altitude_m: Annotated[float, Field(gt=0, le=10000)] = 100.0
+    altitude_m: Annotated[float, Field(gt=0, le=10000), OrAuto()] = 100.0
+    altitude_min_m: Annotated[float, Field(gt=0, le=10000)] = 30.0
+    altitude_max_m: Annotated[float, Field(gt=0, le=10000)] = 120.0
     speed_m_s: Annotated[float, Field(gt=0, le=50)] = 10.0
     acceleration_m_s2: Annotated[float, Field(ge=0, le=50)] | None = None
     position_error_m: Annotated[float, Field(ge=0, le=100)] | None = None

@@ -9,7 +9,7 @@ from mavplan.geo import LocalPlane
 from mavplan.mission.fence_geometry import PlanePolygon, plane_areas
 from mavplan.scenario.model import Scenario
 from mavplan.scenario.report import Report, figure
-from mavplan.scenario.sections import Service, TerrainOptions, Vehicle
+from mavplan.scenario.sections import Service, TerrainOptions
 from mavplan.terrain.grid import Terrain
 
 MAX_HOME_OFF_M = 10.0
@@ -20,16 +20,16 @@ MARGIN_M = 500.0
 
 
 def check_terrain(
-    options: TerrainOptions, vehicle: Vehicle, service: Service, label: str, report: Report
+    options: TerrainOptions, altitude_m: float, service: Service, label: str, report: Report
 ) -> None:
-    """Note what a section asks that cannot be."""
+    """Note what a section asks that cannot be; the altitude is the greatest that may be flown."""
     if options.file is None:
         message = 'is missing; name the terrain: file = "N46E007.hgt", or a list of files'
         report.error(f"{label}, [terrain] file", message, "missing-key")
         return
-    if options.clearance_m > vehicle.altitude_m:
+    if options.clearance_m > altitude_m:
         message = (
-            f"found {figure(options.clearance_m)}; at the stops [vehicle] altitude_m = {figure(vehicle.altitude_m)} "
+            f"found {figure(options.clearance_m)}; at the stops at most {figure(altitude_m)} m ([vehicle] altitude_m) "
             "is flown above the ground, and that is the most that can be kept"
         )
         report.error(f"{label}, [terrain] clearance_m", message, "clearance")

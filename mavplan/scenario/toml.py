@@ -9,6 +9,7 @@ from typing import Any
 
 from mavplan.scenario.checks import (
     check_altitude,
+    check_altitudes,
     check_battery,
     check_distances,
     check_planner,
@@ -112,6 +113,7 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
         check_altitude(sections.radio, sections.vehicle, sections.service, label, report)
     if sections.sound("vehicle"):
         check_battery(sections.vehicle, label, report)
+        check_altitudes(sections.vehicle, label, report)
     if sections.sound("vehicle", "wind"):
         check_wind(sections.wind, sections.vehicle, label, report)
     if sections.sound("fence", "vehicle"):
@@ -119,7 +121,10 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
     if sections.home is not None and things.sound and sections.sound("fence"):
         check_fence_places(things, sections.fence, sections.home, label, report)
     if data.get("terrain") and sections.sound("terrain", "vehicle", "service"):
-        check_terrain(sections.terrain, sections.vehicle, sections.service, label, report)
+        highest_m = (
+            sections.vehicle.altitude_max_m if sections.search_altitude else sections.vehicle.altitude_m
+        )
+        check_terrain(sections.terrain, highest_m, sections.service, label, report)
     if users is not None and sections.home is not None:
         reach = (
             reach_of(sections.vehicle, sections.radio, sections.d2d, sections.service)
@@ -173,6 +178,7 @@ def _scenario(
         vehicles=things.vehicles,
         stops=tuple(_placed(stop, users) for stop in things.stops),
         terrain_options=sections.terrain,
+        search_altitude=sections.search_altitude,
         warnings=report.warnings(),
     )
 
@@ -258,9 +264,11 @@ class _Sections:
     fence: FenceOptions
     terrain: TerrainOptions
     planner: PlannerOptions
+    search_altitude: bool
 
     def __init__(self, data: dict[str, Any], label: str, report: Report) -> None:
         self._faulty: set[str] = set()
+        self.search_altitude = False
         for name in SECTIONS:
             setattr(self, name, self._make(name, data.get(name), label, report))
 
@@ -282,6 +290,9 @@ class _Sections:
             wrong = "[[…]], a list of tables" if isinstance(table, list) else shown(table)
             report.error(f"{label}, {name}", f"found {wrong}; allowed is one table [{name}]", "wrong-type")
             return None if required else kind()
+        if name == "vehicle" and table.get("altitude_m") == "auto":
+            self.search_altitude = True
+            table = {key: value for key, value in table.items() if key != "altitude_m"}
         lists = AREA_LISTS if name == "fence" else ()
         table = {key: value for key, value in table.items() if key not in lists}
         before, known = report.count, [*keys, *lists]
@@ -293,6 +304,9 @@ class _Sections:
         if any(key not in good for key in required):
             return None
         made: object = kind(**good)
+        if isinstance(made, Vehicle) and self.search_altitude:
+            # Whatever is out of reach from there is so from everywhere above.
+            return dataclasses.replace(made, altitude_m=made.altitude_min_m)
         return made
 
 

@@ -41,7 +41,11 @@ def scenario_toml(scenario: Scenario, users_file: str, remark: str) -> str:
     lines = [*(f"# {line}".rstrip() for line in remark.splitlines()), "", f"users = {_value(users_file)}"]
     for name in (name for name in SECTIONS if name in given):
         lines += ["", f"[{name}]"]
-        lines += [_line(key, getattr(given[name], key.name)) for key in keys_of(name).values()]
+        auto = ["altitude_m"] if name == "vehicle" and scenario.search_altitude else []
+        lines += [
+            _line(key, "auto" if key.name in auto else getattr(given[name], key.name))
+            for key in keys_of(name).values()
+        ]
         if name == "fence" and scenario.fence is not None:
             for area in _areas(scenario.fence):
                 side = "inclusion" if area.inclusion else "exclusion"

@@ -165,7 +165,7 @@ def finished(
         except InputError as error:
             problems += [replace(p, where=f"sortie {number}, {p.where}") for p in error.problems]
             continue
-        plans.append(replace(made, part=part))
+        plans.append(replace(made, part=part, altitude=whole.altitude))
     if problems:
         raise InputError(problems)
     warnings = (*_said(whole.scenario), *whole.trajectory.notes)
