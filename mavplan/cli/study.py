@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mavplan.cli.worker_options import worker_options
+
 if TYPE_CHECKING:
     from mavplan.study.intervals import Interval
     from mavplan.study.settings import Settings
@@ -75,12 +77,7 @@ NAMES = Listed(str, "NAMES", "a list of names, tloaik,sbw")
     "--hold", "held", type=click.Choice(["radius", "power"]),
     help="While γ_th and H vary, hold the coverage radius and adapt the power, or the other way round.  [radius]",
 )  # fmt: skip
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes.  [one a core]")
-@click.option(
-    "--cluster",
-    metavar="ADDRESS",
-    help="Run on Dask: tcp://host:port of a scheduler, or 'local' to make one.",
-)
+@worker_options
 @click.option("--parquet", is_flag=True, help="Write study.parquet beside study.csv.")
 @click.option(
     "--pictures", type=click.Choice(["png", "svg", "pdf"]), help="Draw the figures over λ and sweeps."

@@ -6,22 +6,19 @@ to, each batch flushed to disk. What a kill tore off is cut away when the folder
 
 import dataclasses
 import fcntl
-import hashlib
 import json
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import mavplan
 from mavplan.errors import InputError, Problem
 from mavplan.formats.atomic import atomic_write
 from mavplan.study.cases import Case, Row
 from mavplan.study.regime import stand_ins
 from mavplan.study.settings import Settings
+from mavplan.workers.versions import versions
 
 SETTINGS_FILE = "study.json"
 ROWS_FILE = "cases.jsonl"
@@ -32,9 +29,6 @@ Key = tuple[Case, str]
 
 _CASE_FIELDS = tuple(field.name for field in dataclasses.fields(Case))
 _ROW_FIELDS = tuple(field.name for field in dataclasses.fields(Row) if field.name != "case")
-COUNTING_CODE = ("planners/*.py", "radio.py", "hppp.py", "study/cases.py", "study/regime.py")
-"""Modules whose change can change a number; the radio's defaults are among `stand_ins`."""
-
 COLUMNS = (*_CASE_FIELDS, *_ROW_FIELDS)
 """Names of a row's values, in the order of a line."""
 
@@ -43,20 +37,6 @@ def row_values(row: Row) -> dict[str, Any]:
     """Return a row as one flat table: the values of its case, then its own."""
     values = {name: getattr(row.case, name) for name in _CASE_FIELDS}
     return values | {name: getattr(row, name) for name in _ROW_FIELDS}
-
-
-@cache
-def versions() -> dict[str, str]:
-    """Return the versions of what the numbers of a study depend on; of mavplan also a digest of the code that counts.
-
-    Two states of the code can bear one version number, on a developer's machine or on a worker of a cluster.
-    """
-    package = Path(mavplan.__file__).parent
-    digest = hashlib.sha256()
-    for path in sorted(path for pattern in COUNTING_CODE for path in package.glob(pattern)):
-        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    found = {name: version(name) for name in ("mavplan", "numpy", "scipy", "scikit-learn")}
-    return found | {"code": digest.hexdigest()[:16]}
 
 
 class Store:

@@ -102,9 +102,11 @@ def test_what_is_no_address_of_a_scheduler_is_refused_with_what_is_allowed(tmp_p
 
 
 def test_a_worker_with_other_versions_is_refused():
+    from mavplan.workers.cluster import checked
+
     case = next(SOME.cases())
     with pytest.raises(InputError, match=r"a worker of the cluster has .*the same numbers come only from"):
-        run_batch([(case, ("sbw",))], {"mavplan": "0", "numpy": "1"})
+        checked(run_batch, [(case, ("sbw",))], {"mavplan": "0", "numpy": "1"})
 
 
 def test_rows_come_batch_by_batch_and_the_rest_can_be_left(here, monkeypatch):

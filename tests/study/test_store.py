@@ -14,8 +14,9 @@ from mavplan.errors import InputError
 from mavplan.study.engine import run_study
 from mavplan.study.outputs import write_outputs
 from mavplan.study.settings import Settings
-from mavplan.study.store import COUNTING_CODE, open_store, read_settings, versions
+from mavplan.study.store import open_store, read_settings
 from mavplan.study.summary import summarise
+from mavplan.workers.versions import COUNTING_CODE, versions
 
 SMALL = Settings(mean_users=(6.0,), clusters=(2, 3), seeds=(0, 1, 2), planners=("tloaik", "sbw"))
 
