@@ -9,6 +9,7 @@ import click
 
 from mavplan.cli.kinds import Files, Planner
 from mavplan.cli.streams import format_option, named_outputs, read_scenario, stem_of
+from mavplan.cli.worker_options import worker_options
 from mavplan.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -156,6 +157,7 @@ altitude_option = click.option(
     metavar="M",
     help="Metres that each vehicle flies higher than the one before.",
 )
+@worker_options
 @click.option("--items", is_flag=True, help="Print time and energy of every mission item too.")
 def plan_command(
     scenario: Path,
@@ -172,6 +174,8 @@ def plan_command(
     vehicles: int | None,
     separation_m: float,
     altitude_step_m: float,
+    jobs: int | None,
+    cluster: str | None,
     items: bool,
 ) -> None:
     """Plan a flight for SCENARIO (a scenario.toml, or - for standard input) and write it as a mission.
@@ -184,6 +188,7 @@ def plan_command(
     mavplan plan scenario.toml --items
     mavplan plan scenario.toml --sorties auto
     mavplan plan scenario.toml --vehicles 3 --altitude-step 15
+    mavplan plan city.toml --planner length --jobs 4
     mavplan plan scenario.toml --json | jq .mission_s
     mavplan plan - -o - --format geojson < scenario.toml
     """
@@ -193,6 +198,7 @@ def plan_command(
     from mavplan.formats import FORMATS
     from mavplan.plan import make_plan
     from mavplan.plan_file import summary
+    from mavplan.workers.crew import lending
 
     outputs = named_outputs(outputs, kind) or (Path(f"{stem_of(scenario)}.plan"),)
     check_outputs(outputs)
@@ -202,6 +208,7 @@ def plan_command(
         raise click.UsageError(
             "--sorties and --vehicles do not go together: plan each vehicle's users by themselves"
         )
+    click.get_current_context().with_resource(lending(jobs, cluster))
     if vehicles is not None and vehicles > 1:
         from mavplan.cli.several import fly_fleet
 

@@ -18,12 +18,14 @@ from mavplan.planners.limits import Limits
 from mavplan.planners.ordering import ORIGIN_M, from_origin, path_length_m
 from mavplan.planners.path_bound import PathBound, shortest_path
 from mavplan.planners.path_certificate import path_certificate
-from mavplan.planners.path_problem import path_problem
+from mavplan.planners.path_problem import PathProblem, path_problem
 from mavplan.planners.path_stops import stops_on_path
 from mavplan.planners.setting import Setting
 from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.planners.wide_path import REGION, wide_path
+from mavplan.planners.wide_stops import stops_on_long_path
 from mavplan.radio import Channel
-from mavplan.scenario.model import Users
+from mavplan.scenario.model import Floats, Users
 
 
 def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
@@ -32,8 +34,11 @@ def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     Where the mission returns, the way back counts. Stops stand on that path, as few as do.
     """
     problem = path_problem(users.xy_m, channel.radius_m, returns=setting.returns, mate=users.mate)
+    needed = problem.without_met()
+    if len(needed.required) > REGION:
+        return _in_regions(users, channel, setting, needed)
     found = shortest_path(
-        problem.without_met(), setting.limits, setting.rng, lambda _bound_m, _length_m: setting.tell_limits()
+        needed, setting.limits, setting.rng, lambda _bound_m, _length_m: setting.tell_limits()
     )
     stops = stops_on_path(users, channel, problem.path_m(found.path.points_m))
     path = from_origin(stops)
@@ -44,15 +49,33 @@ def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
         bound=min(found.bound_m, way_m),
         certificate=partial(_certificate, found, users, channel.radius_m),
     )
+    return _through(users, channel, stops, _notes(found, setting.limits), bound)
+
+
+def _in_regions(users: Users, channel: Channel, setting: Setting, problem: PathProblem) -> Trajectory:
+    """Plan a path for more users than are searched together."""
+    points = wide_path(problem, setting.seed, setting.spread, setting.progress)
+    stops = stops_on_long_path(users, channel, problem.path_m(points), setting.spread)
+    message = (
+        f"more than {REGION:,} users are planned region by region: a short path, of which nothing is proved"
+    )
+    note = Problem("[planner] name", message, "no-bound", "warning")
+    return _through(users, channel, stops, (note,), None)
+
+
+def _through(
+    users: Users, channel: Channel, stops_m: Floats, notes: tuple[Problem, ...], bound: Bound | None
+) -> Trajectory:
+    path = from_origin(stops_m)
     return Trajectory(
         planner="length",
         clusters=0,
         path_m=path,
         stop_at=np.arange(1, len(path)),
         reference_m=np.empty((0, 2)),
-        assignment=assign(users, stops, channel, d2d=True),
+        assignment=assign(users, stops_m, channel, d2d=True),
         radius_m=channel.radius_m,
-        notes=_notes(found, setting.limits),
+        notes=notes,
         bound=bound,
     )
 

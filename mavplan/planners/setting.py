@@ -7,6 +7,7 @@ import numpy as np
 
 from mavplan.mission.wind import Wind
 from mavplan.planners.limits import Limits
+from mavplan.planners.spread import Spread, lent
 from mavplan.scenario.sections import Service, Solver, Vehicle
 
 NODES = 20_000
@@ -39,6 +40,8 @@ class Setting:
         those worth a try. As for the planners themselves.
     vehicle, service, wind, in_flight
         How it is flown and served, and whether what users receive in flight counts.
+    spread
+        Where the regions of a plan for many users are worked out.
     """
 
     clusters: int
@@ -53,6 +56,7 @@ class Setting:
     service: Service = field(default_factory=Service)
     wind: Wind | None = None
     in_flight: bool = False
+    spread: Spread = field(default_factory=lent)
 
     def tell_limits(self) -> None:
         """Tell how much of the time limit is used up: a search ends with it at the latest."""
