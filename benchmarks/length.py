@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.planning import hydrants
+from benchmarks.regime import DENSITIES, RADIUS_M, regime_channel, regime_users
 from benchmarks.timing import best_s, show
 from mavplan.bounds.path import proved_length_m
-from mavplan.hppp import SIDE_M, draw_users
+from mavplan.hppp import SIDE_M
 from mavplan.planners.length import length
 from mavplan.planners.limits import Limits
 from mavplan.planners.one_thread import one_thread
@@ -23,37 +24,10 @@ from mavplan.planners.path_certificate import path_certificate
 from mavplan.planners.setting import Setting
 from mavplan.planners.tloaik import tloaik
 from mavplan.planners.touring import tour_discs
-from mavplan.radio import Channel
-from mavplan.scenario import D2D, Radio, Users
-
-DENSITIES = {16: (3, 5, 7), 60: (8, 12, 16)}
-"""Mean number of users, and TLOAIK's numbers of clusters."""
 
 LIMIT_S = 30.0
 SEEDS = 20
-RADIUS_M, ALTITUDE_M = 300.0, 100.0
 HOME_M = np.zeros(2)
-
-
-def regime_channel(radius_m: float = RADIUS_M) -> Channel:
-    """Return a channel of threshold 0 dB that covers this radius from 100 m."""
-    link_db = 10.0 * np.log10(radius_m**2 + ALTITUDE_M**2)
-    radio = Radio(
-        tx_power_dbm=20.0,
-        ref_gain_db=-50.0,
-        noise_dbm=-30.0 - link_db,
-        path_loss_exponent=2.0,
-        snr_threshold_db=0.0,
-        bandwidth_hz=1e6,
-    )
-    return Channel(radio, ALTITUDE_M, D2D(matching="none"))
-
-
-def regime_users(mean: int, seed: int) -> Users:
-    """Return a draw of users, positions in metres alone."""
-    xy_m, mate = draw_users(mean, SIDE_M, seed=seed)
-    nowhere = np.zeros(len(xy_m))
-    return Users(tuple(map(str, range(len(xy_m)))), nowhere, nowhere, xy_m, nowhere, mate)
 
 
 @dataclass(frozen=True)
