@@ -109,14 +109,17 @@ class Row:
 
     @property
     def case(self) -> Case:
+        """What was measured."""
         return Case(self.seed, self.mean, self.mbit, self.in_flight)
 
     @property
     def ratio(self) -> float:
+        """The plan's time over that of the best of the paper's planners, without in-flight service."""
         return self.plan_s / self.paper_s if self.paper_s else 1.0
 
     @property
     def gap(self) -> float:
+        """What is left between plan and bound, as a share of the plan."""
         return (self.plan_s - self.bound_s) / self.plan_s if self.plan_s else 0.0
 
 
@@ -175,7 +178,8 @@ def measure(case: Case, limit_s: float, code: str, commit: str) -> Row:
         ),
     )
     seconds = time.perf_counter() - begin
-    assert found.bound is not None and found.bound.certificate is not None
+    assert found.bound is not None
+    assert found.bound.certificate is not None
     timed = TimeCase.of(users, channel, VEHICLE, service, wind=None, in_flight=case.in_flight)
     climb_s = timed.fixed_s
     begin = time.perf_counter()
@@ -256,7 +260,9 @@ def show(rows: Iterable[Row]) -> None:
         ratios = [np.mean([row.ratio for row in part]) for part in by_mean.values()]
         few = np.array([row.gap for row in by_mean[16]])
         many = np.array([row.gap for row in by_mean[60]])
-        times = [f"{np.median(s):.1f}, {max(s):.1f}" for s in ([r.seconds for r in p] for p in by_mean.values())]
+        times = [
+            f"{np.median(s):.1f}, {max(s):.1f}" for s in ([r.seconds for r in p] for p in by_mean.values())
+        ]
         lines.append(
             (
                 f"{mbit:g} Mbit, {'with' if in_flight else 'without'}",

@@ -41,7 +41,7 @@ NEARER = (1.0, 0.95, 0.85, 0.7, 0.5, 0.3)
 PATH_NODES = 1_500
 """Of the search for each of these paths."""
 
-ROUNDS, ROUNDS_IN_FLIGHT = 40, 60
+ROUNDS, ROUNDS_IN_FLIGHT = 100, 80
 """Perturbations before the bound is sought, and as many after."""
 
 SEARCHED = 0.35

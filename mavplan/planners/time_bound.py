@@ -14,7 +14,7 @@ from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.toll_curve import Curve
 from mavplan.planners.toll_plateau import Payers, Plateau, highest_sum
 from mavplan.planners.toll_prices import PriceProgramme, Prices
-from mavplan.planners.toll_search import TollProblem, TollSearch, distances_m
+from mavplan.planners.toll_search import TollProblem, TollSearch, distances_m, reaching_all
 from mavplan.scenario.model import UNPAIRED, Floats, Ints
 
 ROUNDS = 14
@@ -32,7 +32,7 @@ SLACK = 5e-4
 STEP = 0.6
 """Part of the way from the best prices so far to those of the programme: these swing."""
 
-ROUND_NODES, MOST_NODES = 3_000, 12_000
+ROUND_NODES, MOST_NODES = 3_000, 30_000
 """Of a round's search for the cheapest path, and of the best one when it goes on at last."""
 
 TOUCH = 5e-4
@@ -126,8 +126,8 @@ def time_bound(
         beside = case.beside_s(prices.share)
         search = TollSearch(toll_problem(problem, members, curve, prices), plan_s - beside)
         search.run(SLACK * plan_s, lambda: search.nodes < ROUND_NODES and keep_going())
-        if np.isfinite(search.cost):
-            paths.append(search.best)
+        if len(search.promising):
+            paths.append(reaching_all(search.problem, search.promising))
         return TimeBound(search.bound + beside, prices, search, beside, paths)
 
     def to_the_end(found: TimeBound) -> TimeBound:

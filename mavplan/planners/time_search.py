@@ -44,7 +44,11 @@ VAIN, GAINED = 0.5, 1e-4
 """The search ends after this part of its rounds in a row without a gain of this part."""
 
 PROMISING = 1.02
-"""Plans whose time before polishing is above this times the best are not polished to the end."""
+"""Plans whose time before polishing is above this times the best are not polished to the end, and in a perturbation
+not at all."""
+
+ALIKE, ALIKE_M = 2e-4, 20.0
+"""A plan whose time differs by less than this part and whose stops by less than this many metres is the same again."""
 
 KeepGoing = Callable[[], bool]
 """Asked before each piece of work whether there is time for it."""
@@ -110,10 +114,13 @@ class TimeSearch:
             before_s = self.best_s
             if progress is not None:
                 progress(done / rounds)
-            stops, total_s = self._improved(self._repaired(self._perturbed(here_m)))
-            if total_s < here_s * (1 + WORSE * self.rng.random()):
-                here_m, here_s = stops, total_s
-            self._keep(stops, total_s)
+            repaired = self._repaired(self._perturbed(here_m))
+            stops, total_s = self._descended(repaired, self._time_s(repaired))
+            if total_s < PROMISING * self.best_s and not _is_alike(stops, total_s, here_m, here_s):
+                stops, total_s = self._improved(stops, total_s, descended=True)
+                if total_s < here_s * (1 + WORSE * self.rng.random()):
+                    here_m, here_s = stops, total_s
+                self._keep(stops, total_s)
             in_vain = 0 if self.best_s < before_s * (1 - GAINED) else in_vain + 1
             if here_s > self.best_s * (1 + ASTRAY):
                 here_m, here_s = self.best_m, self.best_s
@@ -125,11 +132,11 @@ class TimeSearch:
     def _time_s(self, stops_m: Floats) -> float:
         return float(self.problem.times(stops_m[None]).total_s[0])
 
-    def _improved(self, stops_m: Floats, total_s: float | None = None) -> tuple[Floats, float]:
-        """Return a local optimum: neighbours and polishing by turns."""
-        total_s = self._time_s(stops_m) if total_s is None else total_s
+    def _improved(self, stops_m: Floats, total_s: float, *, descended: bool = False) -> tuple[Floats, float]:
+        """Return a local optimum: neighbours, unless that has just been done, and polishing by turns."""
         while True:
-            stepped, stepped_s = self._descended(stops_m, total_s)
+            stepped, stepped_s = (stops_m, total_s) if descended else self._descended(stops_m, total_s)
+            descended = False
             if not np.isfinite(stepped_s):
                 return stepped, stepped_s
             quick = stepped_s > PROMISING * self.best_s
@@ -225,3 +232,12 @@ class TimeSearch:
             place = self.places_m[useful[best : best + 1]]
             stops_m = inserted(stops_m, place, detours[best : best + 1].argmin(axis=1))[0]
         return stops_m
+
+
+def _is_alike(stops_m: Floats, total_s: float, other_m: Floats, other_s: float) -> bool:
+    """Return whether two plans are next to the same."""
+    return (
+        len(stops_m) == len(other_m)
+        and abs(total_s - other_s) < ALIKE * other_s
+        and bool((np.abs(stops_m - other_m) < ALIKE_M).all())
+    )

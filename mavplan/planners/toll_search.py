@@ -90,6 +90,31 @@ def distances_m(points_m: Floats, places_m: Floats) -> Floats:
     return np.asarray(np.sqrt((x * x + y * y).min(axis=1)))
 
 
+def reaching_all(problem: TollProblem, points_m: Floats) -> Floats:
+    """Return points (K, 2) with others among them until the path reaches a member of each requirement.
+
+    The farthest is reached first, by the shortest way out from the leg that is nearest to it.
+    """
+    radius_m = problem.curve.radius_m
+    for _ in range(len(problem.members)):
+        away = distances_m(points_m, problem.places_m)[problem.members]
+        lacking = away.min(axis=1) - radius_m
+        most = int(lacking.argmax())
+        if lacking[most] <= ROUNDING_M:
+            break
+        centre = problem.places_m[problem.members[most, away[most].argmin()]]
+        path = np.vstack([np.zeros((1, 2)), points_m])
+        ahead = np.vstack([path[1:], path[-1:]])
+        step = ahead - path
+        squared = np.maximum((step**2).sum(axis=1), 1e-12)
+        along = np.clip(((centre - path) * step).sum(axis=1) / squared, 0.0, 1.0)
+        outward = path + along[:, None] * step - centre
+        leg = int((outward**2).sum(axis=1).argmin())
+        place = centre + outward[leg] * (radius_m / float(np.hypot(*outward[leg])))
+        points_m = np.insert(points_m, leg, place, axis=0)
+    return points_m
+
+
 @dataclass(slots=True, eq=False)
 class Node:
     """One sequence of the search.
@@ -164,6 +189,13 @@ class TollSearch:
         """No path costs less."""
         waiting = self._open[0][0] if self._open else np.inf
         return float(min(waiting, self._floor))
+
+    @property
+    def promising(self) -> Floats:
+        """Points (K, 2) of the cheapest path so far, or of the sequence that came nearest to one."""
+        if np.isfinite(self.cost) or not self._plunge:
+            return self.best
+        return max(self._plunge, key=lambda node: (len(node.sequence), -node.floor)).points_m
 
     def run(self, slack: float, keep_going: Callable[[], bool]) -> None:
         """Search until the bound is within ``slack`` of the target or of the cheapest path, or there is no time."""

@@ -29,6 +29,7 @@ def brief(monkeypatch):
         (module, "FROM_BOUND", 2),
         (time_search, "STARTS", 2),
         (time_bound, "ROUNDS", 3),
+        (time_bound, "MOST_NODES", 6_000),
     ):
         monkeypatch.setattr(room, name, value)
 
@@ -172,7 +173,7 @@ def test_a_search_keeps_the_best_plan_it_was_given(monkeypatch):
     scenario = scattered(4)
 
     class Idle(TimeSearch):
-        def _improved(self, stops_m, total_s=None):
+        def _improved(self, stops_m, total_s, *, descended=False):
             return stops_m, np.inf
 
     monkeypatch.setattr(module, "TimeSearch", Idle)
