@@ -21,6 +21,7 @@ from mavplan.mission.fence_wire import fence_problems
 from mavplan.mission.forecast import Forecast
 from mavplan.mission.geofence import Fence
 from mavplan.mission.model import HomePosition, Mission
+from mavplan.part import Part
 from mavplan.planners import plan_trajectory
 from mavplan.planners.index import joint_index
 from mavplan.planners.ordering import ORIGIN_M, path_length_m
@@ -38,35 +39,6 @@ if TYPE_CHECKING:
     from mavplan.altitude import ChosenAltitude
 
 HoverStyle = Literal["loiter", "hold", "waypoint+loiter"]
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """Which of several flights a plan is.
-
-    Attributes
-    ----------
-    kind
-        A sortie of one vehicle, flown after the one before it, or a vehicle of a fleet.
-    number, of
-        Counted from 1, and how many there are.
-    name
-        The vehicle's, where it has one.
-    system
-        Its MAVLink system id, where that is known.
-    start_s
-        When it starts, counted from the start of the first vehicle; 0 for a sortie.
-    not_served
-        Users that none of the flights serves.
-    """
-
-    kind: Literal["sortie", "vehicle"]
-    number: int
-    of: int
-    name: str = ""
-    system: int | None = None
-    start_s: float = 0.0
-    not_served: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -147,6 +147,19 @@ class FileBound:
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
+class FilePart:
+    """Which of several flights it is."""
+
+    kind: Literal["sortie", "vehicle"]
+    number: Annotated[int, Field(ge=1)]
+    of: Annotated[int, Field(ge=1)]
+    name: str = ""
+    system: Annotated[int, Field(ge=1, le=255)] | None = None
+    start_s: _Seconds = 0.0
+    not_served: list[str] = field(default_factory=list)
+
+
+@checked_dataclass(frozen=True, config=_CHECKED)
 class PlanFile:
     """What is read of a plan."""
 
@@ -164,6 +177,7 @@ class PlanFile:
     bound: FileBound | None = None
     certificate: Any = None
     ground: list[FileGround] = field(default_factory=list)
+    part: FilePart | None = None
 
 
 _ADAPTER = TypeAdapter(PlanFile)

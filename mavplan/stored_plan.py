@@ -15,6 +15,7 @@ from mavplan.formats.beside import plan_path
 from mavplan.hover import Slot
 from mavplan.mission.build import StopItems
 from mavplan.mission.model import Autopilot
+from mavplan.part import Part
 from mavplan.plan_schema import FileUser, PlanFile, parse_file
 from mavplan.scenario.files import read_text
 from mavplan.scenario.model import UNPAIRED, Bools, Floats, Ints, Scenario, Users
@@ -90,6 +91,8 @@ class StoredPlan:
         (N, M) whether the ground hides each user from each stop; None over a plane.
     ground
         The ground above home under the way to items, by their index, at even distances; empty over a plane.
+    part
+        Which of several flights it is; None where it is the only one.
     vehicle
         Which vehicle was last seen to hold it (`mavplan.formats.beside.remember_vehicle`); empty if none.
     """
@@ -114,6 +117,7 @@ class StoredPlan:
     user_rel_m: Floats | None = None
     hidden: Bools | None = None
     ground: Mapping[int, Floats] = field(default_factory=dict)
+    part: Part | None = None
 
     @property
     def listeners_m(self) -> Floats:
@@ -209,8 +213,16 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         vehicle=vehicle,
         user_rel_m=_heights(file),
         hidden=_hidden(file),
+        part=_part(file),
         ground={leg.item: np.array(leg.ground_rel_m, dtype=np.float64) for leg in file.ground},
     )
+
+
+def _part(file: PlanFile) -> Part | None:
+    part = file.part
+    if part is None:
+        return None
+    return Part(part.kind, part.number, part.of, part.name, part.system, part.start_s, tuple(part.not_served))
 
 
 def _heights(file: PlanFile) -> Floats | None:

@@ -1,16 +1,20 @@
 """``mavplan fly``: a mission from the list before the start to the motors' stop, watched and recorded."""
 
 import sys
+import time
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from mavplan.cli.fly_start import ClockTime, Start, is_one_of_a_fleet, start_of, turn_words
 from mavplan.cli.kinds import Files
 from mavplan.cli.link_options import home_options, link_options, open_link
 from mavplan.errors import ExitCode, InputError, Problem, RefusedError
 
 if TYPE_CHECKING:
+    from mavplan.cli.fly_setup import Flight
     from mavplan.flight.conductor import FlySession
     from mavplan.flight.recording import Recording
     from mavplan.flight.route import Route
@@ -32,6 +36,12 @@ INTERRUPTED = 130
     "--yes",
     count=True,
     help="Do not ask before arming. Given twice: nor about an end that does not come home.",
+)
+@click.option(
+    "--start-at",
+    type=ClockTime(),
+    help="Start at this time of the clock (14:30:00); the vehicles of a fleet are all given the time of the first, and "
+    "each starts as much later as its plan says.",
 )
 @home_options("home or place")
 @click.option(
@@ -70,6 +80,7 @@ def fly_command(
     upload: bool,
     watch: bool,
     yes: int,
+    start_at: datetime | None,
     max_home_distance_m: float,
     max_home_height_m: float | None,
     min_battery_percent: float,
@@ -88,6 +99,7 @@ def fly_command(
     \b
     mavplan fly valley.plan --conn udp:0.0.0.0:14550
     mavplan fly valley.plan --conn udp:0.0.0.0:14550 --upload
+    mavplan fly valley-2.plan --conn udp:0.0.0.0:14551 --upload --start-at 14:30:00
     """
     from mavplan.cli.console import is_terminal, say_problems, tell_next
     from mavplan.cli.fly_console import FlyConsole
@@ -97,11 +109,15 @@ def fly_command(
     from mavplan.link.endpoint import parse_endpoint
 
     endpoint = parse_endpoint(conn)
-    _check_usage(upload, watch, record_file, no_record)
+    _check_usage(upload, watch, record_file, no_record, start_at)
     flight = read_flight(file, autopilot, timeout_s)  # type: ignore[arg-type]
+    start = start_of(flight.part, start_at)
     if not watch:
+        _check_the_start(flight, start, yes, is_terminal(sys.stdin) and is_terminal(sys.stderr))
         _check_that_somebody_says_yes(flight.route, yes, is_terminal(sys.stdin) and is_terminal(sys.stderr))
     say_problems(flight.warnings)
+    if system is None and flight.part is not None:
+        system = flight.part.system
     setup = Setup(
         upload=upload,
         watch=watch,
@@ -114,7 +130,8 @@ def fly_command(
         max_home_height_m=home_height_limit_m(file, max_home_height_m),
         min_battery_percent=min_battery_percent,
     )
-    console = FlyConsole(yes)
+    fleet = flight.part if is_one_of_a_fleet(flight.part) else None
+    console = FlyConsole(yes, start, fleet)
     with (
         open_recording(file, record_file, wanted=not no_record) as recording,
         open_link(endpoint, timeout_s, signing_key) as connection,
@@ -134,7 +151,9 @@ def fly_command(
     return code
 
 
-def _check_usage(upload: bool, watch: bool, record_file: Path | None, no_record: bool) -> None:
+def _check_usage(
+    upload: bool, watch: bool, record_file: Path | None, no_record: bool, start_at: datetime | None
+) -> None:
     """Refuse what does not go together.
 
     Raises
@@ -145,10 +164,34 @@ def _check_usage(upload: bool, watch: bool, record_file: Path | None, no_record:
     problems = []
     if upload and watch:
         problems.append(Problem("--watch", "changes nothing, so it cannot go with --upload", "usage"))
+    if start_at is not None and watch:
+        problems.append(Problem("--watch", "starts nothing, so it cannot go with --start-at", "usage"))
     if record_file is not None and no_record:
         problems.append(Problem("--record", "cannot go with --no-record", "usage"))
     if problems:
         raise InputError(problems)
+
+
+def _check_the_start(flight: "Flight", start: Start | None, yes: int, person: bool) -> None:
+    """Refuse a start that is over, and one of a fleet whose time nobody gave or can be asked for.
+
+    Raises
+    ------
+    InputError
+        It is.
+    """
+    if start is not None and start.is_late(time.time()):
+        raise InputError(
+            [Problem("--start-at", f"{start.late_words(time.time())}: nothing was armed", "late")]
+        )
+    part = flight.part
+    if part is None or not is_one_of_a_fleet(part) or start is not None or person or yes > 1:
+        return
+    message = (
+        f"it {turn_words(part)}: --start-at says when the first one does, or a second --yes that it is time; "
+        "nothing was armed"
+    )
+    raise InputError([Problem("start", message, "no-start")])
 
 
 def _check_that_somebody_says_yes(route: "Route", yes: int, person: bool) -> None:

@@ -2,7 +2,8 @@
 
 import signal
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ import click
 
 from mavplan.cli.answers import END_OF_INPUT, Answers
 from mavplan.cli.console import is_terminal, printable, stderr
+from mavplan.cli.fly_start import RENEW_S, Start, turn_words
 from mavplan.cli.fly_view import checks_table, event_line, live, start_question, step_words
 from mavplan.flight.conductor import FlySession
 from mavplan.flight.orders import Order
@@ -20,7 +22,10 @@ from mavplan.link.outbox import Progress
 from mavplan.mission.autopilots import AUTOPILOTS
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
     from rich.live import Live
+
+    from mavplan.part import Part
 
 SHOW_EVERY_S = 0.25
 WHAT_NOW = (
@@ -39,13 +44,29 @@ class FlyConsole:
     Parameters
     ----------
     yes
-        How many yeses were given beforehand: one to the start, two also to an end that wants its own.
+        How many yeses were given beforehand: one to the start, two also to all that wants its own.
+    start
+        When it is to start, after the yes; None: at once.
+    part
+        Which vehicle of a fleet it is, where it is one.
+    clock
+        Seconds since 1970.
     """
 
-    def __init__(self, yes: int) -> None:
+    def __init__(
+        self,
+        yes: int,
+        start: Start | None = None,
+        part: "Part | None" = None,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
         self.interrupted = False
         """It was ended by the person, or by a signal."""
         self._yes = yes
+        self._start = start
+        self._part = part
+        self._clock = clock
+        self._counting = False
         self._answers = Answers()
         self._terminal = is_terminal(sys.stderr)
         self._person = self._terminal and is_terminal(sys.stdin)
@@ -143,7 +164,8 @@ class FlyConsole:
             self._asking = self._start_questions(session, now)
             self._prompt(self._asking)
         if not self._asking:
-            session.approve(now, every_question=True)
+            if self._is_time(session, now):
+                session.approve(now, every_question=True)
             return
         line = self._line()
         if line is None:
@@ -156,6 +178,35 @@ class FlyConsole:
             self._asking.pop(0)
             self._prompt(self._asking)
 
+    def _is_time(self, session: FlySession, now: float) -> bool:
+        """Whether it is to start now; until then the time left is shown."""
+        if self._start is None:
+            return True
+        now_s = self._clock()
+        wait_s = self._start.wait_s(now_s)
+        if self._start.is_late(now_s):
+            session.decline(self._start.late_words(now_s))
+            return False
+        if wait_s <= 0:
+            self._stop_live()
+            return True
+        if wait_s <= RENEW_S:
+            session.renew(now, RENEW_S)
+        self._count_down(self._start.count_down(now_s), now)
+        return False
+
+    def _count_down(self, words: str, now: float) -> None:
+        """Show how long it still waits: on a terminal it moves, elsewhere it is one line."""
+        if not self._terminal:
+            if not self._counting:
+                click.echo(words, err=True)
+        elif now >= self._shown_at + SHOW_EVERY_S:
+            from rich.text import Text
+
+            self._shown_at = now
+            self._update_live(Text(words))
+        self._counting = True
+
     def _start_questions(self, session: FlySession, now: float) -> list[str]:
         vehicle = session.vehicle
         title = "the vehicle"
@@ -163,6 +214,8 @@ class FlyConsole:
             title = f"{AUTOPILOTS[vehicle.rules.name].title}, system {vehicle.address.system},"
         first = [] if self._yes else [start_question(title, session.picture(now))]
         rest = [] if self._yes > 1 else [f"It {check.words}. Is that meant?" for check in session.questions]
+        if self._part is not None and self._start is None and self._yes <= 1:
+            rest.append(f"It {turn_words(self._part)}. Is it time?")
         return first + rest
 
     def _prompt(self, questions: list[str]) -> None:
@@ -225,12 +278,15 @@ class FlyConsole:
 
     def _show(self, session: FlySession, now: float) -> None:
         picture = session.picture(now)
+        self._update_live(step_words(self._step) if picture is None else live(picture))
+
+    def _update_live(self, shown: "RenderableType") -> None:
         if self._live is None:
             from rich.live import Live
 
             self._live = Live(console=stderr(), auto_refresh=False, transient=True)
             self._live.start()
-        self._live.update(step_words(self._step) if picture is None else live(picture), refresh=True)
+        self._live.update(shown, refresh=True)
 
     def _stop_live(self) -> None:
         if self._live is not None:

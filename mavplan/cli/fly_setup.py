@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from mavplan.flight.route import Route
     from mavplan.mission.autopilots import AutopilotRules
     from mavplan.mission.model import Autopilot, Mission
+    from mavplan.part import Part
     from mavplan.stored_plan import StoredPlan
 
 SAME_HOLD_S = 1e-3
@@ -32,6 +33,8 @@ class Flight:
         The plan's whole battery, and what it takes with the reserve; None where that is not known.
     warnings
         What the people who fly it should know.
+    part
+        Which of several flights it is; None where it is the only one, or nobody knows.
     """
 
     mission: "Mission"
@@ -40,6 +43,7 @@ class Flight:
     battery_wh: float | None
     needed_wh: float | None
     warnings: tuple[Problem, ...]
+    part: "Part | None" = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +90,7 @@ def read_flight(file: Path, autopilot: "Autopilot | None", timeout_s: float | No
     if plan is None:
         return Flight(mission, rules, bare, None, None, tuple(warnings))
     route = make_route(mission, rules, _users(plan))
-    return Flight(mission, rules, route, *_energy(mission, rules, plan), tuple(warnings))
+    return Flight(mission, rules, route, *_energy(mission, rules, plan), tuple(warnings), plan.part)
 
 
 def plan_of(file: Path, route: "Route") -> "tuple[StoredPlan | None, list[Problem]]":

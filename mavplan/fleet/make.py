@@ -9,7 +9,8 @@ from mavplan.errors import InputError, Problem
 from mavplan.fleet.apart import Starts, kept_apart
 from mavplan.fleet.divide import divide, inserted
 from mavplan.geo import LocalPlane
-from mavplan.plan import HoverStyle, Part, Plan, make_plan, plan_along
+from mavplan.part import Part
+from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
 from mavplan.planners.ordering import from_origin
 from mavplan.planners.trajectory import assign
 from mavplan.radio import planning_channel

@@ -116,13 +116,19 @@ class FlySession:
             return
         self._approved = every_question
         old = self._verified_at is None or now > self._verified_at + FRESH_S
+        if self._storing is not None:
+            return  # it is being verified: the start follows
         if (old or self.flight.meddled) and self.vehicle is not None:
-            self._storing = VerifySession(
-                self.flight.mission, now=now, deadline_s=self._verify_s, system=self.vehicle.address.system
-            )
-            self._storing.tick(now)
+            self._verify_again(now)
         else:
             self.flight.approve(now, every_question=every_question)
+
+    def renew(self, now: float, fresh_s: float) -> None:
+        """Verify again while the yes is waited for, if that was longer ago than this: then the start need not wait."""
+        idle = self.awaits_yes and self._storing is None and self.vehicle is not None
+        if not idle or (self._verified_at is not None and now <= self._verified_at + fresh_s):
+            return
+        self._verify_again(now)
 
     def decline(self, why: str = "you did not say yes") -> None:
         """Take the no."""
@@ -202,6 +208,13 @@ class FlySession:
         """Time of the next `tick` that matters; None when all is over."""
         timers = [timer for part in self._parts() if (timer := part.next_timer()) is not None]
         return min(timers) if timers and not self.done else None
+
+    def _verify_again(self, now: float) -> None:
+        if self.flight is not None and self.vehicle is not None:
+            self._storing = VerifySession(
+                self.flight.mission, now=now, deadline_s=self._verify_s, system=self.vehicle.address.system
+            )
+            self._storing.tick(now)
 
     # -- the way ----------------------------------------------------------------------------------------------
 

@@ -9,7 +9,8 @@ from mavplan.errors import InputError, Problem
 from mavplan.hover import Holds, hold_times
 from mavplan.inflight import counts_in_flight
 from mavplan.mission.autopilots import AUTOPILOTS
-from mavplan.plan import HoverStyle, Part, Plan, make_plan, plan_along
+from mavplan.part import Part
+from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
 from mavplan.planners.trajectory import Trajectory
 from mavplan.scenario.model import Scenario
 from mavplan.sorties.share import Share, shares
