@@ -38,13 +38,13 @@ PAPERS = (tloaik, stoaik, boaik)
 NEARER = (1.0, 0.95, 0.85, 0.7, 0.5, 0.3)
 """Paths that come within these parts of R of everybody are starting points: the greater the demand the nearer."""
 
-PATH_NODES = 1_500
+PATH_NODES = 400
 """Of the search for each of these paths."""
 
 ROUNDS, ROUNDS_IN_FLIGHT = 100, 80
 """Perturbations before the bound is sought, and as many after."""
 
-SEARCHED = 0.35
+SEARCHED = 0.5
 BOUNDED = 0.75
 """Shares of the time limit at which the first search and the bound end; what is left is for the second search."""
 

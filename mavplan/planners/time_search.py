@@ -47,6 +47,9 @@ PROMISING = 1.02
 """Plans whose time before polishing is above this times the best are not polished to the end, and in a perturbation
 not at all."""
 
+GONE, GONE_MORE = 3, 10
+"""Stops that a perturbation takes out at most, and after how many in vain it may be one more."""
+
 ALIKE, ALIKE_M = 2e-4, 20.0
 """A plan whose time differs by less than this part and whose stops by less than this many metres is the same again."""
 
@@ -114,7 +117,7 @@ class TimeSearch:
             before_s = self.best_s
             if progress is not None:
                 progress(done / rounds)
-            repaired = self._repaired(self._perturbed(here_m))
+            repaired = self._repaired(self._perturbed(here_m, GONE + in_vain // GONE_MORE))
             stops, total_s = self._descended(repaired, self._time_s(repaired))
             if total_s < PROMISING * self.best_s and not _is_alike(stops, total_s, here_m, here_s):
                 stops, total_s = self._improved(stops, total_s, descended=True)
@@ -200,15 +203,15 @@ class TimeSearch:
             groups.append(np.concatenate([with_one_less(stops_m), merged(stops_m)]))
         return groups
 
-    def _perturbed(self, stops_m: Floats) -> Floats:
-        """Return a plan without some stops that stand near each other, or with its order cut in four."""
+    def _perturbed(self, stops_m: Floats, most: int) -> Floats:
+        """Return a plan without at most so many stops that stand near each other, or with its order cut in four."""
         rng, stops = self.rng, len(stops_m)
         if stops >= 4 and rng.random() < 0.3:
             i, j, k = np.sort(rng.choice(stops + 1, 3, replace=False))
             return np.vstack([stops_m[:i], stops_m[j:k], stops_m[i:j], stops_m[k:]])
         if stops == 1:
             return stops_m
-        gone = int(rng.integers(1, min(stops, 4)))
+        gone = int(rng.integers(1, min(stops, most + 1)))
         centre = self.places_m[rng.integers(len(self.places_m))]
         blur = rng.uniform(0.0, (2 / 3 * self.problem.channel.radius_m) ** 2, stops)
         order = np.argsort(((stops_m - centre) ** 2).sum(axis=1) + blur)
