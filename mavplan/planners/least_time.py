@@ -29,6 +29,7 @@ from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.time_search import TimeSearch
 from mavplan.planners.tloaik import tloaik
 from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.planners.wide_time import TOGETHER, stops_of_many
 from mavplan.radio import Channel
 from mavplan.scenario.model import Floats, Users
 
@@ -64,6 +65,8 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     setting
         ``tried`` says which numbers of clusters; ``vehicle``, ``service`` and ``wind`` how it is flown and served.
     """
+    if len(users) > TOGETHER:
+        return _of_many(users, channel, setting)
     service, limits = setting.service, setting.limits
     gathers_speed = setting.vehicle.acceleration_m_s2 != 0
     problem = TimeProblem.of(
@@ -90,17 +93,30 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     search.perturb(rounds, lambda: limits.used(0) < 1.0)
     stops = _truly_best(problem, users, [_with_all_reached(problem, search.best_m), *papers])
     beside = _bound(problem, stops, bound, case)
-    path = from_origin(stops)
+    return _through(users, channel, stops, _notes(beside, limits), beside)
+
+
+def _of_many(users: Users, channel: Channel, setting: Setting) -> Trajectory:
+    """Plan for more users than are searched together."""
+    message = f"more than {TOGETHER:,} users are planned region by region: a short mission, of which nothing is proved"
+    note = Problem("[planner] name", message, "no-bound", "warning")
+    return _through(users, channel, stops_of_many(users, channel, setting), (note,), None)
+
+
+def _through(
+    users: Users, channel: Channel, stops_m: Floats, notes: tuple[Problem, ...], bound: Bound | None
+) -> Trajectory:
+    path = from_origin(stops_m)
     return Trajectory(
         planner="time",
         clusters=0,
         path_m=path,
         stop_at=np.arange(1, len(path)),
         reference_m=np.empty((0, 2)),
-        assignment=assign(users, stops, channel, d2d=True),
+        assignment=assign(users, stops_m, channel, d2d=True),
         radius_m=channel.radius_m,
-        notes=_notes(beside, limits),
-        bound=beside,
+        notes=notes,
+        bound=bound,
     )
 
 

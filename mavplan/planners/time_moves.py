@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from mavplan.bounds.time_case import top_speed_m_s
 from mavplan.planners.time_problem import TimeProblem
 from mavplan.scenario.model import Floats, Ints
 
@@ -43,9 +44,10 @@ def detours_m(problem: TimeProblem, stops_m: Floats, places_m: Floats) -> Floats
     away = np.sqrt(((places_m[:, None] - path) ** 2).sum(axis=2))
     added: Floats = away.copy()
     added[:, :-1] += away[:, 1:] - np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1))
-    if problem.vehicle.end == "rtl":
-        back = np.sqrt((places_m**2).sum(axis=1)) - np.hypot(*path[-1])
-        added[:, -1] += back * problem.speed_m_s / problem.return_m_s
+    if problem.end_at is not None:
+        end_m, asked_m_s = problem.end_at
+        back = np.sqrt(((places_m - end_m) ** 2).sum(axis=1)) - np.hypot(*(path[-1] - end_m))
+        added[:, -1] += back * problem.speed_m_s / top_speed_m_s(problem.flyer, asked_m_s)
     return added
 
 

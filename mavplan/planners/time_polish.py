@@ -168,9 +168,8 @@ class _Model:
         """Return rows over moves and lengths that keep lengths above their legs', limits, and costs by the metre."""
         problem, stops = self.problem, len(self.stops_m)
         steps = np.diff(self.path, axis=0)
-        returns = problem.vehicle.end == "rtl"
-        if returns:
-            steps = np.vstack([steps, -self.stops_m[-1]])
+        if problem.end_at is not None:
+            steps = np.vstack([steps, problem.end_at[0] - self.stops_m[-1]])
         count = len(steps)
         length = np.hypot(*steps.T)
         heading = np.arctan2(steps[:, 1], steps[:, 0])
@@ -199,7 +198,9 @@ class _Model:
     def _leg_s(self, steps_m: Floats) -> Floats:
         """Return the times of legs to the stops, and of the return behind them."""
         problem, stops = self.problem, len(self.stops_m)
-        back = problem.leg_s(steps_m[stops:], problem.flyer.law.return_m_s)
+        if problem.end_at is None:
+            return problem.leg_s(steps_m, problem.vehicle.speed_m_s)
+        back = problem.leg_s(steps_m[stops:], problem.end_at[1])
         return np.concatenate([problem.leg_s(steps_m[:stops], problem.vehicle.speed_m_s), back])
 
     def _discs(self, trust_m: float) -> tuple[Floats, Floats]:

@@ -58,6 +58,25 @@ class Times:
 
 
 @dataclass(frozen=True, eq=False)
+class Onward:
+    """Where the vehicle flies on to behind the last stop of a plan that is part of a longer one.
+
+    Attributes
+    ----------
+    place_m
+        (2,) from where the part begins.
+    speed_m_s
+        Of the leg there.
+    serves
+        Whether what users receive on it counts.
+    """
+
+    place_m: Floats
+    speed_m_s: float
+    serves: bool
+
+
+@dataclass(frozen=True, eq=False)
 class TimeProblem:
     """Users and their needs, the channel, how the vehicle flies.
 
@@ -75,6 +94,8 @@ class TimeProblem:
         Speed, acceleration, end; what slows it down.
     table
         In-flight service of the channel; None where it does not count.
+    onward
+        Where a part of a longer plan is left for; None: what `vehicle` says ends it.
     """
 
     users_m: Floats
@@ -87,6 +108,7 @@ class TimeProblem:
     vehicle: Vehicle
     wind: Wind | None
     table: PassTable | None
+    onward: Onward | None = None
 
     @classmethod
     def of(
@@ -99,6 +121,7 @@ class TimeProblem:
         wind: Wind | None = None,
         in_flight: bool,
         alone: bool = True,
+        onward: Onward | None = None,
     ) -> "TimeProblem":
         """Return the problem of a scenario's parts."""
         best_bit_s = channel.radio.bandwidth_hz * float(channel.air_rate(np.zeros(1))[0])
@@ -113,6 +136,7 @@ class TimeProblem:
             vehicle,
             wind,
             PassTable.of(channel) if in_flight else None,
+            onward,
         )
 
     @cached_property
@@ -140,6 +164,13 @@ class TimeProblem:
         """The most that a return is flown at."""
         return top_speed_m_s(self.flyer, self.flyer.law.return_m_s)
 
+    @property
+    def end_at(self) -> tuple[Floats, float] | None:
+        """Where the vehicle flies behind the last stop, and how fast it is asked to; None: nowhere."""
+        if self.onward is not None:
+            return self.onward.place_m, self.onward.speed_m_s
+        return (np.zeros(2), self.flyer.law.return_m_s) if self.vehicle.end == "rtl" else None
+
     @cached_property
     def home_s(self) -> float:
         """What ends the mission, but for the way home: seconds that no plan changes."""
@@ -161,8 +192,9 @@ class TimeProblem:
         seconds: Floats = self.leg_s(np.diff(stops_m, axis=-2, prepend=0.0), self.vehicle.speed_m_s).sum(
             axis=-1
         )
-        if self.vehicle.end == "rtl":
-            seconds = seconds + self.leg_s(-stops_m[..., -1, :], self.flyer.law.return_m_s)
+        if self.end_at is not None:
+            place_m, asked_m_s = self.end_at
+            seconds = seconds + self.leg_s(place_m - stops_m[..., -1, :], asked_m_s)
         return seconds + self.home_s
 
     def shares(self, squared_m2: Floats) -> Floats:
@@ -191,6 +223,9 @@ class TimeProblem:
         """
         assert self.table is not None
         speed = self.vehicle.speed_m_s
+        if self.onward is not None and self.onward.serves:
+            last = np.broadcast_to(self.onward.place_m, (*stops_m.shape[:-2], 1, 2))
+            stops_m = np.concatenate([stops_m, last], axis=-2)
         starts = np.concatenate([np.zeros((*stops_m.shape[:-2], 1, 2)), stops_m[..., :-1, :]], axis=-2)
         seconds: Floats = self.table.metres(starts, stops_m, self.users_m).sum(axis=-2) / speed
         if self.vehicle.acceleration_m_s2 == 0:
