@@ -73,8 +73,8 @@ class StoredPlan:
         (N,) whether the user is served through its mate.
     schedule
         TDMA: who is served when; empty for broadcast.
-    in_flight
-        Whether its holds count on what users receive in flight.
+    in_flight, in_flight_bit
+        Whether its holds count on what users receive in flight, and (N,) how much the planner expects that to be.
     flight_s, hover_s, mission_s
         Forecast.
     arrivals_s
@@ -118,6 +118,7 @@ class StoredPlan:
     hidden: Bools | None = None
     ground: Mapping[int, Floats] = field(default_factory=dict)
     part: Part | None = None
+    in_flight_bit: Floats | None = None
 
     @property
     def listeners_m(self) -> Floats:
@@ -214,6 +215,7 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         user_rel_m=_heights(file),
         hidden=_hidden(file),
         part=_part(file),
+        in_flight_bit=_in_flight_bit(file),
         ground={leg.item: np.array(leg.ground_rel_m, dtype=np.float64) for leg in file.ground},
     )
 
@@ -223,6 +225,12 @@ def _part(file: PlanFile) -> Part | None:
     if part is None:
         return None
     return Part(part.kind, part.number, part.of, part.name, part.system, part.start_s, tuple(part.not_served))
+
+
+def _in_flight_bit(file: PlanFile) -> Floats | None:
+    if all(user.in_flight_mbit is None for user in file.users):
+        return None
+    return np.array([user.in_flight_mbit or 0.0 for user in file.users], dtype=np.float64) * _BIT_PER_MBIT
 
 
 def _heights(file: PlanFile) -> Floats | None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class UserRow:
-    """A user: its place in metres east and north of home, what it needs, and what it gets in the holds."""
+    """A user: its place in metres east and north of home, what it needs, and what it gets."""
 
     name: str
     x_m: float
@@ -106,6 +106,7 @@ class CompareRow:
 class ReportContent:
     """All of a report: seconds from the start of the mission, metres from home; ``back_m`` is the return.
 
+    ``in_flight`` says whether users receive on the way; ``least_s`` is what no mission takes less than, where proved.
     ``ground`` is the ground below the flight, above home, over time as ``profile`` is; empty where it is not known.
     """
 
@@ -132,6 +133,8 @@ class ReportContent:
     battery_wh: float | None
     comparison: tuple[CompareRow, ...]
     least_stops: str
+    in_flight: bool = False
+    least_s: float | None = None
 
     @property
     def any_pinned(self) -> bool:
@@ -193,6 +196,8 @@ def report_content(
         battery_wh=vehicle.battery_wh,
         comparison=tuple(_compared(comparison, plan.planner)) if comparison is not None else (),
         least_stops="" if comparison is None else str(comparison.least_stops_with_d2d),
+        in_flight=plan.in_flight_bit is not None,
+        least_s=plan.bound.bound if plan.bound and plan.bound.objective == "mission_s" else None,
     )
 
 
@@ -242,6 +247,8 @@ def _users(plan: "StoredPlan", stops_m: Floats, channel: Channel) -> Iterator[Us
         got_bit = (rates * seconds).sum(axis=1)
     else:
         got_bit = rates @ plan.hold_s
+    if plan.in_flight_bit is not None:
+        got_bit = got_bit + plan.in_flight_bit
     for n, name in enumerate(users.names):
         mate, d2d = int(users.mate[n]), bool(plan.d2d[n])
         rate, got = float(rates[n].max()), float(got_bit[n])

@@ -59,6 +59,18 @@ def test_every_user_gets_what_it_needs_and_stands_with_its_stop(valley):
     assert all(content.users[a].mate == content.users[b].name for a, b in content.pairs)
 
 
+def test_what_users_receive_on_the_way_counts_and_the_bound_is_told():
+    scenario = load_scenario(GALLERY / "valley/scenario.toml")
+    planner = dataclasses.replace(scenario.planner, name="time", time_limit_s=1.0)
+    plan, content = report_of(dataclasses.replace(scenario, planner=planner))
+    assert content.in_flight
+    assert plan.holds.in_flight_bit.max() > 1e6
+    for user in content.users:
+        assert user.gets_mbit >= user.demand_mbit - 1e-5
+    assert content.least_s == pytest.approx(plan.trajectory.bound.bound, abs=0.01)
+    assert content.least_s <= content.mission_s
+
+
 def test_one_at_a_time_counts_a_user_its_own_turns_only():
     scenario = make_scenario([[0, 0], [50, 0]], mode="tdma", demand_mbit=20.0)
     _, content = report_of(scenario)
