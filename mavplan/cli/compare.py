@@ -119,6 +119,10 @@ def print_comparison(found: "Comparison") -> None:
     tell(f"fewest stops that reach every user: {found.least_stops}")
     tell(f"fewest stops that reach every user or its mate: {found.least_stops_with_d2d}")
     tell("Σ rate in bit/s/Hz; index ρe = (Σ rate/SBW)/(length/SBW), greater is better")
+    counting = [plan.trajectory.planner for plan in found.plans if plan.holds.in_flight_bit is not None]
+    if 0 < len(counting) < len(found.plans):
+        names = ", ".join(counting).upper()
+        tell(f"only {names} counts on what users receive in flight: [service] in_flight sets it for all")
 
 
 def _ratio(value: float | None) -> str:
