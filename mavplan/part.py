@@ -19,9 +19,12 @@ class Part:
     system
         Its MAVLink system id, where that is known.
     start_s
-        When it starts, counted from the start of the first vehicle; 0 for a sortie.
+        When it starts, counted from the start of the first vehicle (in the same round of sorties); 0 for a sortie of
+        one vehicle.
     not_served
         Users that none of the flights serves.
+    round, rounds
+        Of a vehicle of a fleet: in which round of sorties, counted from 1, and how many rounds there are.
     """
 
     kind: Literal["sortie", "vehicle"]
@@ -31,3 +34,5 @@ class Part:
     system: int | None = None
     start_s: float = 0.0
     not_served: tuple[str, ...] = ()
+    round: int = 1
+    rounds: int = 1

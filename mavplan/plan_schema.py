@@ -157,6 +157,8 @@ class FilePart:
     system: Annotated[int, Field(ge=1, le=255)] | None = None
     start_s: _Seconds = 0.0
     not_served: list[str] = field(default_factory=list)
+    round: Annotated[int, Field(ge=1)] = 1
+    rounds: Annotated[int, Field(ge=1)] = 1
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)

@@ -224,7 +224,17 @@ def _part(file: PlanFile) -> Part | None:
     part = file.part
     if part is None:
         return None
-    return Part(part.kind, part.number, part.of, part.name, part.system, part.start_s, tuple(part.not_served))
+    return Part(
+        kind=part.kind,
+        number=part.number,
+        of=part.of,
+        name=part.name,
+        system=part.system,
+        start_s=part.start_s,
+        not_served=tuple(part.not_served),
+        round=part.round,
+        rounds=part.rounds,
+    )
 
 
 def _in_flight_bit(file: PlanFile) -> Floats | None:

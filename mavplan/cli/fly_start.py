@@ -104,6 +104,9 @@ def is_one_of_a_fleet(part: "Part | None") -> bool:
 
 def turn_words(part: "Part") -> str:
     """Return when a vehicle of a fleet starts, as a clause that begins with a verb."""
+    which, of_it = f"is vehicle {part.number} of {part.of}", ""
+    if part.rounds > 1:
+        which, of_it = f"{which} in round {part.round} of {part.rounds}", " of this round"
     if part.start_s <= 0:
-        return f"is vehicle {part.number} of {part.of}, and starts first or together with the first"
-    return f"is vehicle {part.number} of {part.of}, and starts {clock(part.start_s)} after the first"
+        return f"{which}, and starts first or together with the first{of_it}"
+    return f"{which}, and starts {clock(part.start_s)} after the first{of_it}"

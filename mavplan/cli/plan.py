@@ -204,15 +204,16 @@ def plan_command(
     check_outputs(outputs)
     note(f"reading {scenario}")
     loaded = with_options(read_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s, altitude)
-    if sorties is not None and vehicles is not None:
+    if isinstance(sorties, int) and vehicles is not None and vehicles > 1:
         raise click.UsageError(
-            "--sorties and --vehicles do not go together: plan each vehicle's users by themselves"
+            "with --vehicles only --sorties auto: who is left out of N sorties is decided for one vehicle"
         )
     click.get_current_context().with_resource(lending(jobs, cluster))
     if vehicles is not None and vehicles > 1:
         from mavplan.cli.several import fly_fleet
 
-        fly_fleet(loaded, hover, vehicles, outputs, (separation_m, altitude_step_m), items=items)
+        apart_m = separation_m, altitude_step_m
+        fly_fleet(loaded, hover, vehicles, outputs, apart_m, sorties=sorties is not None, items=items)
         return
     if sorties is not None:
         from mavplan.cli.several import fly_sorties

@@ -1,5 +1,6 @@
 """``mavplan plan`` for several flights: a row and files for each, the sums, and what is left over."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -24,6 +25,7 @@ from mavplan.cli.outputs import prepared
 from mavplan.cli.streams import is_stdout
 from mavplan.cli.tables import altitude_line, print_items, print_plan
 from mavplan.errors import InputError, Problem
+from mavplan.fleet.make import longest_s
 from mavplan.formats.atomic import write_all
 from mavplan.plan import Plan
 from mavplan.plan_file import summary
@@ -85,6 +87,7 @@ def fly_fleet(
     outputs: Sequence[Path],
     apart_m: tuple[float, float],
     *,
+    sorties: bool,
     items: bool,
 ) -> None:
     """Plan a fleet, write its files and print a row for each vehicle.
@@ -93,6 +96,8 @@ def fly_fleet(
     ----------
     apart_m
         Separation over the ground, and the step between heights.
+    sorties
+        Whether flights are cut where a battery ends.
     """
     from mavplan.fleet.make import plan_fleet
 
@@ -104,16 +109,23 @@ def fly_fleet(
             hover,  # type: ignore[arg-type]
             separation_m=apart_m[0],
             altitude_step_m=apart_m[1],
+            sorties=sorties,
             progress=move,
         )
     suffixes = _numbers(made.plans)
     written, warnings = _write(made.plans, suffixes, outputs, {})
     say_problems([*(warning for plan in made.plans for warning in plan.warnings), *warnings, *made.said])
     print_flights("vehicle", made.plans, [_named(outputs[0], suffix) for suffix in suffixes])
-    one_s = made.single.forecast.mission_s
+    rounds = max(1 if plan.part is None else plan.part.round for plan in made.plans)
+    flying = len({1 if plan.part is None else plan.part.number for plan in made.plans})
+    who = counted(flying, "vehicle")
+    if rounds > 1:
+        who += f", {counted(len(made.plans), 'sortie')} in {counted(rounds, 'round')}"
+    one = f" ({clock(made.single_s)} with one vehicle)" if math.isfinite(made.single_s) else ""
+    changed = ", batteries changed between the rounds" if rounds > 1 else ""
     tell(
-        f"{counted(len(made.plans), 'vehicle')}: done {clock(made.longest_s)} after the first start "
-        f"({clock(one_s)} with one vehicle), {clock(sum(plan.forecast.mission_s for plan in made.plans))} in the air"
+        f"{who}: done {clock(made.longest_s)} after the first start{one}, "
+        f"{clock(sum(plan.forecast.mission_s for plan in made.plans))} in the air{changed}"
     )
     _print_items(made.plans, suffixes, items=items)
     tell_written(written)
@@ -128,7 +140,8 @@ def print_flights(kind: str, plans: Sequence[Plan], files: Sequence[Path]) -> No
     table = plain_table(f"{first.trajectory.planner.upper()} for {first.rules.title}")
     fleet = kind == "vehicle"
     table.add_column(kind)
-    for heading in ("starts", "height m") if fleet else ():
+    rounds = fleet and any(plan.part is not None and plan.part.rounds > 1 for plan in plans)
+    for heading in (*(["round"] if rounds else []), "starts", "height m") if fleet else ():
         table.add_column(heading, justify="right", no_wrap=True)
     for heading in ("stops", "users", "path m", "hover", "mission"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -139,7 +152,9 @@ def print_flights(kind: str, plans: Sequence[Plan], files: Sequence[Path]) -> No
         tell(altitude_line(plans[0].altitude))
     for number, (plan, file) in enumerate(zip(plans, files, strict=True), start=1):
         part = plan.part
-        cells = [printable(part.name) if part is not None and part.name else str(number)]
+        cells = [str(number)]
+        if part is not None and fleet:
+            cells = [printable(part.name) or str(part.number), *([str(part.round)] if rounds else [])]
         if fleet:
             cells += [
                 stopwatch(0.0 if part is None else part.start_s),
@@ -170,7 +185,12 @@ def rest_files(rest: Scenario, output: Path) -> dict[Path, str | bytes]:
 
 
 def _numbers(plans: Sequence[Plan]) -> list[str]:
-    """Return what follows the name of each flight's files: nothing where there is only one."""
+    """Return what follows the name of each flight's files: nothing where there is only one.
+
+    ``-2`` for the second, ``-2-1`` for the second vehicle in the first round of sorties.
+    """
+    if any(plan.part is not None and plan.part.rounds > 1 for plan in plans):
+        return [f"-{plan.part.number}-{plan.part.round}" for plan in plans if plan.part is not None]
     return [""] if len(plans) == 1 else [f"-{number}" for number in range(1, len(plans) + 1)]
 
 
@@ -218,12 +238,8 @@ def _answer(
         ],
         "not_served": list(not_served),
         "mission_s": round(sum(plan.forecast.mission_s for plan in plans), 2),
-        "longest_s": round(max(_ends_s(plan) for plan in plans), 2),
+        "longest_s": round(longest_s(plans), 2),
     }
-
-
-def _ends_s(plan: Plan) -> float:
-    return plan.forecast.mission_s + (0.0 if plan.part is None else plan.part.start_s)
 
 
 def _print_items(plans: Sequence[Plan], suffixes: Sequence[str], *, items: bool) -> None:

@@ -1,13 +1,16 @@
 """From a scenario to the plans of a fleet: users divided, each flight planned, and kept apart from the others."""
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from mavplan.errors import InputError, Problem
-from mavplan.fleet.apart import Starts, kept_apart
+from mavplan.fleet.apart import Starts
 from mavplan.fleet.divide import divide, inserted
+from mavplan.fleet.rounds import Apart, Round, cut_each, dealt, rounds_of, total_s
 from mavplan.geo import LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
@@ -16,6 +19,7 @@ from mavplan.planners.trajectory import assign
 from mavplan.radio import planning_channel
 from mavplan.scenario.model import UNPAIRED, Floats, Scenario
 from mavplan.scenario.sections import FleetVehicle, Home
+from mavplan.sorties.make import needed_budget, said_of_the_end
 from mavplan.sorties.ways import Ways
 
 MOST_TRIALS = 40
@@ -30,6 +34,8 @@ class Fleet:
     ----------
     single
         What the first vehicle alone would fly.
+    single_s
+        How long it takes it, all sorties together where it is cut into some; infinite where it cannot.
     plans
         One for each vehicle that has users, with its number and its start.
     said
@@ -37,13 +43,23 @@ class Fleet:
     """
 
     single: Plan
+    single_s: float
     plans: tuple[Plan, ...]
     said: tuple[Problem, ...] = ()
 
     @property
     def longest_s(self) -> float:
-        """From the first start until the last mission is over."""
-        return max(_start_s(plan) + plan.forecast.mission_s for plan in self.plans)
+        """From the first start until the last mission is over; of rounds of sorties the sum, batteries left out."""
+        return longest_s(self.plans)
+
+
+def longest_s(plans: Sequence[Plan]) -> float:
+    """Return how long the rounds of a fleet take, each from its first start until its last mission is over."""
+    ends_s: dict[int, float] = {}
+    for plan in plans:
+        number = 1 if plan.part is None else plan.part.round
+        ends_s[number] = max(ends_s.get(number, 0.0), _start_s(plan) + plan.forecast.mission_s)
+    return sum(ends_s.values())
 
 
 def plan_fleet(
@@ -53,6 +69,7 @@ def plan_fleet(
     *,
     separation_m: float = 50.0,
     altitude_step_m: float = 0.0,
+    sorties: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Fleet:
     """Plan a scenario for several vehicles, the longest mission as short as can be found.
@@ -69,20 +86,24 @@ def plan_fleet(
         What they keep over the ground where they are at the same height; 0 checks nothing.
     altitude_step_m
         How much higher each flies than the one before.
+    sorties
+        Whether each vehicle's flight is cut into sorties where a battery does not last it. Each round of them, one a
+        vehicle, begins when all vehicles of the one before stand at home.
     progress
         As for `make_plan`.
 
     Raises
     ------
     InputError
-        As `make_plan`; there are fewer vehicles.
+        As `make_plan`, with ``sorties`` as `plan_sorties`; there are fewer vehicles.
     """
     if scenario.vehicles and count > len(scenario.vehicles):
         message = f"--vehicles {count} asks for more than the {len(scenario.vehicles)} that have a home"
         raise InputError([Problem("[[vehicles]]", message, "too-few-vehicles")])
-    if scenario.terrain is not None or scenario.terrain_options.file is not None:
-        message = "a fleet is planned over flat ground only: leave the file out, or plan one vehicle"
-        raise InputError([Problem("[terrain] file", message, "fleet-terrain")])
+    over_ground = scenario.terrain is not None or scenario.terrain_options.file is not None
+    if over_ground and scenario.vehicles:
+        message = "over terrain all vehicles start at [home]: leave [[vehicles]] out, or the file"
+        raise InputError([Problem("[[vehicles]]", message, "fleet-terrain")])
     if scenario.stops and count > 1:
         message = "pinned stops are for one vehicle: leave them out, or plan it with a scenario of its own"
         raise InputError([Problem("[[stops]]", message, "fleet-stops")])
@@ -90,20 +111,68 @@ def plan_fleet(
     if scenario.search_altitude:
         single, scenario = _at_best_altitude(scenario, altitude_step_m * (count - 1), hover, progress)
         chosen, progress = single.altitude, None
+    if sorties:
+        needed_budget(scenario)
+        home = replace(scenario.vehicle, end="rtl")
+        scenario = replace(scenario, vehicle=home, warnings=said_of_the_end(scenario))
     own = [_of_vehicle(scenario, number, altitude_step_m) for number in range(count)]
     single = make_plan(own[0], hover, progress)
-    if count == 1:
-        return Fleet(single, (replace(single, altitude=chosen),))
-    # From the highest the fewest are in reach: its stops do for all of them.
-    base = make_plan(replace(own[0], vehicle=own[-1].vehicle), hover) if altitude_step_m > 0 else single
-    found = _Crews(base, own, hover).planned()
-    starts = kept_apart(found, separation_m=separation_m, altitude_step_m=altitude_step_m)
-    alone = (single, *[None] * (count - 1))
-    if starts is None or starts.longest_s(found) > single.forecast.mission_s:
-        # Then one vehicle alone is done sooner than all of them in turn.
-        found, starts = alone, Starts((0.0,) * count, ())
-    plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(found, starts, scenario))
-    return Fleet(single, plans, (*starts.said, *_idle(found, scenario)))
+    faults: list[InputError] = []
+    alone = _tried(lambda: cut_each([single], hover)[0] if sorties else (single,), faults)
+    single_s = math.inf if alone is None else sum(plan.forecast.mission_s for plan in alone)
+    if count == 1 and alone is not None and len(alone) == 1:
+        return Fleet(single, single_s, (replace(single, altitude=chosen),))
+    best = (
+        None if alone is None else [Round((plan, *[None] * (count - 1)), _at_once(count)) for plan in alone]
+    )
+    if count > 1:
+        apart = Apart(separation_m, altitude_step_m)
+        # From the highest the fewest are in reach: its stops do for all of them.
+        high = replace(own[0], vehicle=own[-1].vehicle)
+        base = make_plan(high, hover) if altitude_step_m > 0 else single
+        found = _Crews(base, own, hover).planned()
+        ways = [_tried(lambda: rounds_of(_cut(found, hover, sorties=sorties), apart), faults)]
+        if sorties and not scenario.vehicles:
+            ways.append(_tried(lambda: dealt(cut_each([base], hover)[0], own, hover, apart), faults))
+        # One vehicle alone is done sooner than all of them in turn, where they are in one another's way.
+        for way in ways:
+            best = way if way is not None and total_s(way) <= total_s(best) else best
+    if best is None:
+        raise faults[-1]
+    plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(best, scenario))
+    return Fleet(single, single_s, plans, (*_told(best), *_idle(best, scenario)))
+
+
+Found = TypeVar("Found")
+
+
+def _tried(make: Callable[[], Found], faults: list[InputError]) -> Found | None:
+    """Return what is made; None where that cannot be, and why is noted."""
+    try:
+        return make()
+    except InputError as error:
+        faults.append(error)
+        return None
+
+
+def _at_once(count: int) -> Starts:
+    return Starts((0.0,) * count, ())
+
+
+def _cut(found: Sequence[Plan | None], hover: HoverStyle, *, sorties: bool) -> list[tuple[Plan, ...]]:
+    """Return the flights of each vehicle, cut where its battery ends if that is wanted."""
+    return cut_each(found, hover) if sorties else [() if plan is None else (plan,) for plan in found]
+
+
+def _told(rounds: Sequence[Round]) -> tuple[Problem, ...]:
+    """Return what is said of the starts."""
+    if len(rounds) == 1:
+        return rounds[0].starts.said
+    return tuple(
+        replace(problem, where=f"{problem.where}, round {number}")
+        for number, found in enumerate(rounds, start=1)
+        for problem in found.starts.said
+    )
 
 
 def _at_best_altitude(
@@ -276,27 +345,33 @@ class _Crews:
         return along
 
 
-def _numbered(found: Sequence[Plan | None], starts: Starts, scenario: Scenario) -> tuple[Plan, ...]:
-    """Return the flights with numbers, names and starts."""
-    flying = [vehicle for vehicle, plan in enumerate(found) if plan is not None]
-    plans = []
-    for number, vehicle in enumerate(flying, start=1):
-        plan, at = found[vehicle], _named(scenario, vehicle)
-        assert plan is not None
-        part = Part(
-            "vehicle",
-            number,
-            len(flying),
-            "" if at is None else at.name,
-            None if at is None else at.system,
-            starts.start_s[vehicle],
-        )
-        plans.append(replace(plan, part=part))
-    return tuple(plans)
+def _numbered(rounds: Sequence[Round], scenario: Scenario) -> Iterator[Plan]:
+    """Yield the flights, round by round, with numbers, names and starts."""
+    flying = [v for v in _vehicles(rounds) if any(found.plans[v] is not None for found in rounds)]
+    for turn, found in enumerate(rounds, start=1):
+        for number, vehicle in enumerate(flying, start=1):
+            plan, at = found.plans[vehicle], _named(scenario, vehicle)
+            if plan is None:
+                continue
+            part = Part(
+                "vehicle",
+                number,
+                len(flying),
+                "" if at is None else at.name,
+                None if at is None else at.system,
+                found.starts.start_s[vehicle],
+                round=turn,
+                rounds=len(rounds),
+            )
+            yield replace(plan, part=part)
 
 
-def _idle(found: Sequence[Plan | None], scenario: Scenario) -> tuple[Problem, ...]:
-    idle = [vehicle for vehicle, plan in enumerate(found) if plan is None]
+def _vehicles(rounds: Sequence[Round]) -> range:
+    return range(len(rounds[0].plans))
+
+
+def _idle(rounds: Sequence[Round], scenario: Scenario) -> tuple[Problem, ...]:
+    idle = [v for v in _vehicles(rounds) if all(found.plans[v] is None for found in rounds)]
     if not idle:
         return ()
     named = [_named(scenario, vehicle) for vehicle in idle]

@@ -32,10 +32,20 @@ class Timeline:
         (P,) not falling, from the start of the vehicle's mission.
     place_m
         (P, 3) metres east, north in a plane that all vehicles share, and above mean sea level.
+    anywhere_between
+        Over real ground height changes along a leg, and not evenly: the vehicle is taken to be anywhere between the
+        heights at the ends of its leg.
     """
 
     time_s: Floats
     place_m: Floats
+    anywhere_between: bool = False
+
+    def heights_m(self, moments_s: Floats) -> Floats:
+        """Return (T, 2) the least and the greatest height on the leg flown at each moment."""
+        legs = np.clip(np.searchsorted(self.time_s, moments_s, side="right") - 1, 0, len(self.time_s) - 2)
+        ends = np.stack([self.place_m[legs, 2], self.place_m[legs + 1, 2]], axis=1)
+        return np.sort(ends, axis=1)
 
     def at(self, moments_s: Floats) -> Floats:
         """Return (T, 3) places at moments between the first corner and the last."""
@@ -79,7 +89,7 @@ def timeline(plan: Plan, plane: LocalPlane) -> Timeline:
     if height_m > 0 or math.dist(here, home_xy) > AT_HOME_M:
         add(FOREVER_S, here, height_m)
     every = np.array(corners)
-    return Timeline(every[:, 0], every[:, 1:])
+    return Timeline(every[:, 0], every[:, 1:], plan.scenario.terrain is not None)
 
 
 @dataclass(frozen=True)
@@ -119,7 +129,14 @@ def meeting(
     if begin_s >= end_s:
         return None
     between = one.at(moments_s - one_start_s) - other.at(moments_s - other_start_s)
-    from_, to = _level(between, vertical_m)
+    if one.anywhere_between or other.anywhere_between:
+        middle_s = (moments_s[:-1] + moments_s[1:]) / 2
+        low, high = one.heights_m(middle_s - one_start_s).T
+        other_low, other_high = other.heights_m(middle_s - other_start_s).T
+        level = np.maximum(low - other_high, other_low - high) < vertical_m - ROUNDING_M
+        from_, to = np.where(level, 0.0, 2.0), np.where(level, 1.0, -1.0)
+    else:
+        from_, to = _level(between, vertical_m)
     near_from, near_to = _near(between, separation_m)
     from_, to = np.maximum(from_, near_from), np.minimum(to, near_to)
     close = np.flatnonzero(from_ < to)

@@ -73,13 +73,7 @@ def plan_sorties(
     InputError
         As `make_plan`; no battery is given; users that no sortie serves and comes home with the reserve.
     """
-    budget = budget_of(scenario.vehicle)
-    if budget is None:
-        message = "sorties need what a battery gives: set endurance_s, or battery_wh and mass_kg"
-        raise InputError([Problem("[vehicle]", message, "no-battery")])
-    if scenario.terrain is not None or scenario.terrain_options.file is not None:
-        message = "sorties are cut over flat ground only: leave the file out, or plan one flight"
-        raise InputError([Problem("[terrain] file", message, "sorties-terrain")])
+    budget = needed_budget(scenario)
     whole = make_plan(scenario, hover, progress)
     if _lasts(whole, budget):
         return Sorties(whole, (whole,))
@@ -89,6 +83,36 @@ def plan_sorties(
         return most_weighted(whole, budget, most, hover)
     found = _all_served(whole, budget)
     return Sorties(whole, finished(whole, found, hover))
+
+
+def sorties_of(whole: Plan, hover: HoverStyle = "waypoint+loiter") -> tuple[Plan, ...]:
+    """Return a plan as it is where one battery does it, else cut into as many sorties as it takes.
+
+    Raises
+    ------
+    InputError
+        As `plan_sorties`.
+    """
+    budget = needed_budget(whole.scenario)
+    return (whole,) if _lasts(whole, budget) else finished(whole, _all_served(whole, budget), hover)
+
+
+def needed_budget(scenario: Scenario) -> Budget:
+    """Return what a battery gives.
+
+    Raises
+    ------
+    InputError
+        The scenario does not say, or is over real ground.
+    """
+    budget = budget_of(scenario.vehicle)
+    if budget is None:
+        message = "sorties need what a battery gives: set endurance_s, or battery_wh and mass_kg"
+        raise InputError([Problem("[vehicle]", message, "no-battery")])
+    if scenario.terrain is not None or scenario.terrain_options.file is not None:
+        message = "sorties are cut over flat ground only: leave the file out, or plan one flight"
+        raise InputError([Problem("[terrain] file", message, "sorties-terrain")])
+    return budget
 
 
 def _all_served(whole: Plan, budget: Budget) -> list[Share]:
@@ -169,12 +193,12 @@ def finished(
         plans.append(replace(made, part=part, altitude=whole.altitude))
     if problems:
         raise InputError(problems)
-    warnings = (*_said(whole.scenario), *whole.trajectory.notes)
+    warnings = (*said_of_the_end(whole.scenario), *whole.trajectory.notes)
     first = replace(plans[0], scenario=replace(plans[0].scenario, warnings=warnings))
     return (first, *plans[1:])
 
 
-def _said(scenario: Scenario) -> tuple[Problem, ...]:
+def said_of_the_end(scenario: Scenario) -> tuple[Problem, ...]:
     """Return the scenario's warnings, and that sorties come home whatever it says."""
     if scenario.vehicle.end == "rtl":
         return scenario.warnings

@@ -83,3 +83,30 @@ def test_each_vehicle_has_files_of_its_own_and_a_start(mavplan, gallery, tmp_pat
     assert "v-2.plan" in table.out
     assert mavplan("plan", scenario, "--vehicles", "2", "--sorties", "1").code == 2
     assert mavplan("plan", scenario, "--vehicles", "0").code == 2
+
+
+def test_vehicles_whose_batteries_do_not_last_have_files_for_every_sortie(
+    mavplan, short_of_battery, tmp_path
+):
+    text = short_of_battery.read_text().replace("battery_wh = 85.0", "battery_wh = 76.5")
+    short_of_battery.write_text(text)
+    ran = mavplan("plan", short_of_battery, "--vehicles", "2", "--sorties", "auto", "-o", "v.plan", "--json")
+    assert ran.code == 0, ran.err
+    found = json.loads(ran.out)
+    parts = [flight["part"] for flight in found["flights"]]
+    assert max(part["rounds"] for part in parts) > 1
+    files = [[f"v-{part['number']}-{part['round']}.plan"] for part in parts]
+    assert [flight["files"] for flight in found["flights"]] == files
+    names = set()
+    for flight in found["flights"]:
+        stored = read_plan(tmp_path / flight["files"][0])
+        assert (stored.part.number, stored.part.round) == (
+            flight["part"]["number"],
+            flight["part"]["round"],
+        )
+        assert flight["forecast"]["remaining_fraction"] >= 0.2
+        names |= set(stored.scenario.users.names)
+    assert names == set(load_scenario(short_of_battery).users.names)
+    table = mavplan("plan", short_of_battery, "--vehicles", "2", "--sorties", "auto", "-o", "v.plan")
+    assert "rounds" in table.out
+    assert "v-1-1.plan" in table.out

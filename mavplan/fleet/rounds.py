@@ -1,0 +1,173 @@
+"""Sorties of a fleet in rounds: in each, one sortie of each vehicle that has one left, kept apart from the others.
+
+A round begins when all vehicles of the one before stand at home. Which vehicle flies what is found in two ways: each
+vehicle's own flight is cut where its battery ends; or the sorties of one flight are dealt out.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mavplan.errors import InputError, Problem
+from mavplan.fleet.apart import Starts, kept_apart
+from mavplan.plan import HoverStyle, Plan, plan_along
+from mavplan.planners.ordering import from_origin
+from mavplan.planners.trajectory import assign
+from mavplan.radio import planning_channel
+from mavplan.scenario.model import Scenario
+from mavplan.sorties.make import sorties_of
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """What each vehicle flies, None for one that stays on the ground, and when each starts."""
+
+    plans: tuple[Plan | None, ...]
+    starts: Starts
+
+    @property
+    def seconds(self) -> float:
+        """From its first start until its last mission is over."""
+        return self.starts.longest_s(self.plans)
+
+
+@dataclass(frozen=True)
+class Apart:
+    """What vehicles keep over the ground at the same height, and the step between their heights."""
+
+    separation_m: float
+    altitude_step_m: float
+
+    def round(self, plans: Sequence[Plan | None]) -> Round | None:
+        """Return the round of these flights; None where no starts keep them apart."""
+        starts = kept_apart(plans, separation_m=self.separation_m, altitude_step_m=self.altitude_step_m)
+        return None if starts is None else Round(tuple(plans), starts)
+
+
+def total_s(rounds: Sequence[Round] | None) -> float:
+    """Return what rounds take one after the other; infinite where there are none."""
+    return math.inf if rounds is None else sum(found.seconds for found in rounds)
+
+
+def rounds_of(cut: Sequence[Sequence[Plan]], apart: Apart) -> list[Round] | None:
+    """Return the rounds of vehicles that fly their sorties in order; None where those of one cannot be kept apart."""
+    found = []
+    for number in range(max(len(plans) for plans in cut)):
+        one = apart.round([plans[number] if number < len(plans) else None for plans in cut])
+        if one is None:
+            return None
+        found.append(one)
+    return found
+
+
+def cut_each(plans: Sequence[Plan | None], hover: HoverStyle) -> list[tuple[Plan, ...]]:
+    """Return the sorties of each vehicle's flight, none for one that stays on the ground.
+
+    Raises
+    ------
+    InputError
+        Everything that no sortie of its vehicle serves.
+    """
+    found: list[tuple[Plan, ...]] = []
+    problems: list[Problem] = []
+    for number, plan in enumerate(plans, start=1):
+        try:
+            found.append(() if plan is None else sorties_of(plan, hover))
+        except InputError as error:
+            problems += [replace(p, where=f"vehicle {number}, {p.where}") for p in error.problems]
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def dealt(
+    sorties: Sequence[Plan], own: Sequence[Scenario], hover: HoverStyle, apart: Apart
+) -> list[Round] | None:
+    """Return rounds of the sorties of one flight, for vehicles that start at one home; None where there are none.
+
+    Each round begins with the longest that is left. Then, vehicle by vehicle, the one is added that saves the most: its
+    own time less what the round takes longer with it. Where none saves anything the vehicle waits.
+
+    Parameters
+    ----------
+    sorties
+        That serve everybody, each a whole flight.
+    own
+        The scenario as each vehicle has it: its altitude.
+    hover
+        What a stop is made of.
+    apart
+        What they keep.
+    """
+    left = sorted(range(len(sorties)), key=lambda n: -sorties[n].forecast.mission_s)
+    made: dict[tuple[int, int], Plan | None] = {}
+
+    def of(number: int, vehicle: int) -> Plan | None:
+        if (number, vehicle) not in made:
+            made[number, vehicle] = _of_vehicle(sorties[number], own[vehicle], hover)
+        return made[number, vehicle]
+
+    found: list[Round] = []
+    while left:
+        flying: list[Plan | None] = [None] * len(own)
+        now: Round | None = None
+        for vehicle in range(len(own)):
+            best: tuple[float, int, Round] | None = None
+            for number in left[:1] if now is None else left:
+                plan = of(number, vehicle)
+                if plan is None:
+                    continue
+                tried = apart.round([*flying[:vehicle], plan, *flying[vehicle + 1 :]])
+                if tried is None:
+                    continue
+                longer_s = tried.seconds - (0.0 if now is None else now.seconds)
+                saved_s = math.inf if now is None else plan.forecast.mission_s - longer_s
+                if saved_s > 0 and (best is None or saved_s > best[0]):
+                    best = saved_s, number, tried
+            if best is not None:
+                now = best[2]
+                flying = list(now.plans)
+                left.remove(best[1])
+        if now is None:
+            return None
+        found.append(now)
+    return _said_once(found, sorties[0])
+
+
+def _of_vehicle(plan: Plan, own: Scenario, hover: HoverStyle) -> Plan | None:
+    """Return a sortie as a vehicle flies it from its height; None where it does not reach everybody from there."""
+    if plan.scenario.vehicle == own.vehicle:
+        return plan
+    scenario = replace(plan.scenario, vehicle=own.vehicle)
+    channel = planning_channel(scenario)
+    served = assign(scenario.users, plan.trajectory.stops_m, channel, d2d=True)
+    if not served.served.all():
+        return None
+    path = from_origin(plan.trajectory.stops_m)
+    flown = replace(
+        plan.trajectory,
+        path_m=path,
+        stop_at=np.arange(1, len(path)),
+        assignment=served,
+        radius_m=channel.radius_m,
+    )
+    try:
+        return plan_along(scenario, flown, hover)
+    except InputError:
+        return None
+
+
+def _said_once(rounds: Sequence[Round], first: Plan) -> list[Round]:
+    """Return the rounds with what is to be known of the scenario told by their first flight alone."""
+    said = first.scenario.warnings
+    found = []
+    for one in rounds:
+        plans: list[Plan | None] = []
+        for plan in one.plans:
+            told = None if plan is None else replace(plan.scenario, warnings=said)
+            plans.append(None if plan is None or told is None else replace(plan, scenario=told))
+            said = said if plan is None else ()
+        found.append(replace(one, plans=tuple(plans)))
+    return found
