@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from mavplan.planners.toll_curve import Curve
 from mavplan.planners.toll_plateau import Payers, highest_sum
-from mavplan.planners.toll_search import TollProblem, TollSearch, distances_m
+from mavplan.planners.toll_search import TollProblem, TollSearch, distances_m, reaching_all
 from mavplan.planners.toll_tours import Tolls, solve_tours
 from mavplan.radio import Channel
 from mavplan.scenario import D2D, Radio
@@ -137,6 +137,18 @@ def test_a_search_cut_short_still_bounds_from_below():
     assert whole.bound == pytest.approx(whole.cost, rel=1e-3)
     away = distances_m(whole.best, problem.places_m)
     assert (away <= CHANNEL.radius_m + 0.01).all()
+
+
+@pytest.mark.parametrize("users", [1, 5, 40])
+def test_a_path_is_completed_until_it_reaches_a_member_of_each_requirement(users):
+    problem = problem_of(users, users, paired=users // 4)
+    for given_m in (np.empty((0, 2)), problem.places_m[:1]):
+        found_m = reaching_all(problem, given_m)
+        away = distances_m(found_m, problem.places_m)[problem.members].min(axis=1)
+        assert (away <= problem.curve.radius_m + 2e-3).all()
+        assert all((found_m == point).all(axis=1).any() for point in given_m)
+    again_m = reaching_all(problem, found_m)
+    np.testing.assert_array_equal(again_m, found_m)
 
 
 def test_a_target_that_is_reached_ends_the_search():
