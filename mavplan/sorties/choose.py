@@ -1,8 +1,9 @@
 """Where not everybody can be served: who is, so that the most weighted demand is met within so many sorties. Pure.
 
 The value of a user is its priority times its demand; users are served whole or not at all, one that is served through
-D2D together with its mate. With up to `ALL_TRIED` of them every choice is tried, else one is built up by value for
-seconds and then improved by exchanges. Stops and their order are the plan's, those that nobody needs left out.
+D2D together with its mate. Pinned stops are flown whoever is chosen. With up to `ALL_TRIED` users every choice is
+tried, else one is built up by value for seconds and then improved by exchanges. Stops and their order are the plan's,
+those that nobody needs left out.
 """
 
 from bisect import bisect_left, insort
@@ -17,6 +18,7 @@ from mavplan.hover import hold_times
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.plan import HoverStyle, Plan
 from mavplan.planners.ordering import from_origin
+from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.trajectory import assign
 from mavplan.radio import planning_channel
 from mavplan.scenario.model import UNPAIRED, Bools, Floats, Scenario
@@ -51,12 +53,9 @@ def most_weighted(whole: Plan, budget: Budget, most: int, hover: HoverStyle) -> 
         everybody = cut(scenario, trajectory, whole.holds, ways, careful, most)
         if everybody is not None:
             return Sorties(whole, finished(whole, everybody, hover))
-    if scenario.stops:
-        message = (
-            f"the battery does not do for all of the flight within {most} {'sortie' if most == 1 else 'sorties'}, and "
-            "no pinned stop is left out: leave [[stops]] out, or allow more sorties"
-        )
-        raise InputError([Problem("[[stops]]", message, "stops-sorties")])
+    pinned = pins_of(scenario).at(trajectory.stops_m) != NO_PIN
+    if any(pinned[far.stop] for far in too_far):
+        raise InputError([too_far_problem(far, whole, budget) for far in too_far if pinned[far.stop]])
     choice = _Choice(whole, ways, careful, most)
     chosen = choice.all_tried() if len(choice.units) <= ALL_TRIED else choice.built_up()
     if not chosen:
@@ -79,7 +78,7 @@ def _rest(scenario: Scenario, left: Bools) -> Scenario:
     kept[users.mate[left & (users.mate != UNPAIRED)]] = True
     rest = users.some(np.flatnonzero(kept), np.where(left, users.demand_bit, 0.0))
     matching: Literal["given", "none"] = "given" if (rest.mate != UNPAIRED).any() else "none"
-    return replace(scenario, users=rest, d2d=replace(scenario.d2d, matching=matching), warnings=())
+    return replace(scenario, users=rest, d2d=replace(scenario.d2d, matching=matching), stops=(), warnings=())
 
 
 @dataclass(frozen=True)
@@ -112,6 +111,7 @@ class _Choice:
         self._rules: AutopilotRules = whole.rules
         self._tdma = whole.scenario.service.mode == "tdma"
         self.units = _units(whole)
+        self._pinned_s = _pinned_s(whole)
 
     def nobody(self, whole: Plan, budget: Budget) -> Problem:
         """Return the problem of a battery that does not do for the demand of any user."""
@@ -121,7 +121,8 @@ class _Choice:
         ]
         kept = f"a reserve of {whole.scenario.vehicle.reserve_fraction:.0%} kept"
         message = (
-            f"{' and '.join(limit for limit in limits if limit)} ({kept}) do not serve any user whole within "
+            f"{' and '.join(limit for limit in limits if limit)} ({kept}) do not serve any user whole"
+            f"{', pinned stops flown,' if self._pinned_s else ''} within "
             f"{self._most} {'sortie' if self._most == 1 else 'sorties'}: a bigger battery, or more sorties, would"
         )
         return Problem("[vehicle]", message, "beyond-battery")
@@ -135,7 +136,10 @@ class _Choice:
             return self._value(some), sum(len(self.units[unit].users) for unit in some)
 
         for some in sorted(every, key=worth, reverse=True):
-            if self._seconds(some) is not None or (
+            fits = self._seconds(some) is not None
+            if fits and self._pinned_s and self._shares(some, shared=True) is None:
+                continue  # a pinned stop would be alone in a sortie
+            if fits or (
                 self._seconds(some, reached=True) is not None and self._shares(some, shared=True) is not None
             ):
                 return some
@@ -166,6 +170,12 @@ class _Choice:
     def filled_up(self, chosen: list[int]) -> tuple[list[int], list[Share]]:
         """Return the choice and whoever still fits where stops share what a user receives, and its sorties."""
         found = self._shares(chosen, shared=True) or self._shares(chosen, shared=False)
+        if found is None and self._pinned_s:
+            message = (
+                "one of them would have a sortie of its own in which nobody is served, and a flight is planned for "
+                "somebody: pin it nearer to users, or give the vehicle a bigger battery"
+            )
+            raise InputError([Problem("[[stops]]", message, "stop-alone")])
         if found is None:
             raise AssertionError("a choice that fits has no sorties")
         outside = sorted(set(range(len(self.units))) - set(chosen), key=self._dearness)
@@ -187,8 +197,8 @@ class _Choice:
     def _filled(self, chosen: list[int], outside: list[int]) -> list[int]:
         """Return the choice with others added, always the one with the most value for its seconds that fits."""
         chosen, waiting = list(chosen), list(outside)
-        stops = sorted({self.units[unit].stop for unit in chosen})
         held = self._held_s(chosen)
+        stops = sorted(held)
         while waiting:
             unit = max(waiting, key=lambda u: self._worth(u, stops, held))
             waiting.remove(unit)
@@ -224,6 +234,8 @@ class _Choice:
         for unit in some:
             stop, seconds = self.units[unit].stop, self.units[unit].seconds
             asked[stop] = asked.get(stop, 0.0) + seconds if self._tdma else max(asked.get(stop, 0.0), seconds)
+        for stop, seconds in self._pinned_s.items():
+            asked[stop] = max(asked.get(stop, 0.0), seconds)
         step_s = self._rules.hold_step_s
         return {
             stop: max(round(np.ceil(s / step_s - 1e-7) * step_s, 6), self._rules.min_hold_s)
@@ -234,7 +246,9 @@ class _Choice:
         """Return the time in the air of sorties for a choice, or just to reach it; None where they are too many."""
         held = self._held_s(some)
         if reached:
-            held = dict.fromkeys(held, self._rules.min_hold_s)
+            held = self._held_s([]) | {
+                stop: self._rules.min_hold_s for stop in held if stop not in self._pinned_s
+            }
         stops = sorted(held)
         if self._most == 1:
             cost = self._ways.flight(stops, [held[stop] for stop in stops])
@@ -269,7 +283,16 @@ class _Choice:
         if not shared:
             stored_s = np.array([held[stop] for stop in stops])
             holds = replace(holds, asked_s=np.minimum(holds.asked_s, stored_s), stored_s=stored_s)
-        return cut(scenario, trajectory, holds, ways, self._budget, self._most)
+        try:
+            return cut(scenario, trajectory, holds, ways, self._budget, self._most)
+        except InputError:
+            return None  # a pinned stop would be alone in a sortie
+
+
+def _pinned_s(whole: Plan) -> dict[int, float]:
+    """Return the least hold of each pinned stop by its number."""
+    pins = pins_of(whole.scenario).at(whole.trajectory.stops_m).tolist()
+    return {stop: whole.scenario.stops[pin].hold_s for stop, pin in enumerate(pins) if pin != NO_PIN}
 
 
 def _units(whole: Plan) -> list[Unit]:

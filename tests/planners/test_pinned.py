@@ -12,13 +12,15 @@ from hypothesis import strategies as st
 from mavplan.errors import InputError
 from mavplan.geo import LocalPlane
 from mavplan.mission.geofence import Fence, FenceCircle
-from mavplan.plan import make_plan
+from mavplan.plan import make_plan, plan_along
 from mavplan.plan_file import document, dumps
 from mavplan.planners import PLANNERS, plan_trajectory
 from mavplan.planners.ordering import path_length_m
 from mavplan.planners.pinned import pins_of
 from mavplan.planners.pinned_order import Ranks, inserted, is_kept, nearest_first, shortened
+from mavplan.planners.trajectory import assign
 from mavplan.proof.pinned import pinned_faults
+from mavplan.radio import planning_channel
 from mavplan.scenario import PinnedStop
 from mavplan.sorties.make import plan_sorties
 from mavplan.stored_plan import parse_plan
@@ -203,10 +205,53 @@ def test_sorties_keep_the_order_and_every_part_is_checked_by_itself():
         assert list(pinned_faults(stored, plan.built.mission)) == []
 
 
-def test_no_pinned_stop_is_left_out_for_want_of_sorties():
+@pytest.mark.parametrize("mode", ["broadcast", "tdma"])
+@pytest.mark.parametrize("usable_s", [500.0, 560.0, 640.0])
+def test_one_sortie_flies_every_pinned_stop_and_serves_the_most_that_fits_beside_them(mode, usable_s):
+    xy_m = [(900, 0), (0, 1000), (-900, 300), (700, 700)]
+    scenario = make_scenario(xy_m, demand_mbit=[60, 30, 90, 20], clusters=4, mode=mode)
+    scenario = with_stops(
+        scenario, pin(400, -300, "marker", hold_s=20, order="first"), above(scenario, 3, order="last")
+    )
+    vehicle = dataclasses.replace(scenario.vehicle, endurance_s=usable_s / 0.8)
+    scenario = dataclasses.replace(scenario, vehicle=vehicle)
+    made = plan_sorties(scenario, most=1)
+    (plan,) = made.plans
+    assert made.not_served
+    assert made.rest.stops == ()
+    assert plan.forecast.mission_s <= usable_s
+    assert (plan.pinned_names[0], plan.pinned_names[-1]) == ("marker", "u3")
+    assert plan.holds.stored_s[0] >= 20
+    assert list(pinned_faults(parse_plan(dumps(plan), "part"), plan.built.mission)) == []
+    # Against every choice of users over the same stops, those that are pinned always among them.
+    whole, best = made.whole, 0.0
+    pinned = [stop for stop, name in enumerate(whole.pinned_names) if name]
+    for size in range(1, 5):
+        for some in itertools.combinations(range(4), size):
+            part = dataclasses.replace(
+                scenario, users=scenario.users.some(np.array(some), scenario.users.demand_bit)
+            )
+            stops = sorted({*(int(whole.trajectory.assignment.stop[n]) for n in some), *pinned})
+            path = np.vstack([np.zeros(2), whole.trajectory.stops_m[stops]])
+            flown = dataclasses.replace(
+                whole.trajectory,
+                path_m=path,
+                stop_at=np.arange(1, len(path)),
+                assignment=assign(part.users, path[1:], planning_channel(part), d2d=True),
+            )
+            if plan_along(part, flown).forecast.mission_s <= usable_s:
+                best = max(best, float(part.users.demand_bit.sum()))
+    assert float(plan.scenario.users.demand_bit.sum()) >= best * (1 - 1e-9)
+
+
+def test_pinned_stops_beyond_one_sortie_are_an_error_that_names_the_battery():
+    scenario = make_scenario([(300, 0)], demand_mbit=20.0, endurance_s=550.0)
     with pytest.raises(InputError) as raised:
-        plan_sorties(sorties_scenario(endurance_s=900.0), most=1)
-    assert [problem.code for problem in raised.value.problems] == ["stops-sorties"]
+        plan_sorties(with_stops(scenario, pin(1400, 0, "p", hold_s=5), pin(-1400, 0, "q")), most=1)
+    assert [problem.code for problem in raised.value.problems] == ["beyond-battery"]
+    with pytest.raises(InputError) as raised:
+        plan_sorties(with_stops(scenario, pin(5000, 0, "far")), most=1)
+    assert ["(far)" in problem.where for problem in raised.value.problems] == [True]
 
 
 def test_a_sortie_to_a_pinned_stop_alone_is_an_error_that_names_it():
