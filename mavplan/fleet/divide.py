@@ -14,6 +14,12 @@ from mavplan.sorties.ways import Ways
 MOST_ORDERS = 5
 """Vehicles with homes of their own up to which every way to give them the pieces is tried."""
 
+MOST_CUT = 300
+"""Stops up to which pieces are cut by the dynamic programme; its work grows with the square of them."""
+
+HALVINGS = 40
+"""Of the limit to which the pieces of more stops are filled."""
+
 MOST_ROUNDS = 200
 
 MOST_EXCHANGES = 600
@@ -59,6 +65,8 @@ def _costs(
 def _pieces(ways: Ways, holds_s: Sequence[float], order: Sequence[int], count: int) -> list[list[int]]:
     """Return an order cut into so many pieces, or one a stop, the longest of them as short as can be."""
     size = len(order)
+    if size > MOST_CUT:
+        return _even_pieces(ways, holds_s, order, count)
     length = [[math.inf] * (size + 1) for _ in range(size)]
     for first in range(size):
         out = ways.out(order[first]).seconds + ways.hold(holds_s[order[first]]).seconds
@@ -83,6 +91,42 @@ def _pieces(ways: Ways, holds_s: Sequence[float], order: Sequence[int], count: i
         found.append(list(order[before[end] : end]))
         end = before[end]
     return [[] for _ in range(count - len(found))] + found[::-1]
+
+
+def _even_pieces(ways: Ways, holds_s: Sequence[float], order: Sequence[int], count: int) -> list[list[int]]:
+    """Return a long order cut into so many pieces, the longest as short as filling one after the other allows."""
+    low_s, high_s = 0.0, _seconds(ways, holds_s, order)
+    best = [list(order)]
+    for _ in range(HALVINGS):
+        middle_s = (low_s + high_s) / 2
+        found = _filled(ways, holds_s, order, middle_s, count)
+        if found is None:
+            low_s = middle_s
+        else:
+            best, high_s = found, middle_s
+    return [[] for _ in range(count - len(best))] + best
+
+
+def _filled(
+    ways: Ways, holds_s: Sequence[float], order: Sequence[int], limit_s: float, count: int
+) -> list[list[int]] | None:
+    """Return pieces of at most so many seconds, each as long as may be; None where there are too many."""
+    found: list[list[int]] = []
+    out_s = 0.0
+    for stop in order:
+        hold_s = ways.hold(holds_s[stop]).seconds
+        if (
+            found
+            and out_s + ways.leg(found[-1][-1], stop).seconds + hold_s + ways.home(stop).seconds <= limit_s
+        ):
+            out_s += ways.leg(found[-1][-1], stop).seconds + hold_s
+            found[-1].append(stop)
+            continue
+        out_s = ways.out(stop).seconds + hold_s
+        if len(found) == count or out_s + ways.home(stop).seconds > limit_s:
+            return None
+        found.append([stop])
+    return found
 
 
 def _given(ways: Sequence[Ways], holds_s: Sequence[float], pieces: list[list[int]]) -> list[list[int]]:

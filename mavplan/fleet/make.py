@@ -15,12 +15,16 @@ from mavplan.geo import LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
 from mavplan.planners.ordering import from_origin
+from mavplan.planners.spread import lent, spread_here
 from mavplan.planners.trajectory import assign
 from mavplan.radio import planning_channel
 from mavplan.scenario.model import UNPAIRED, Floats, Scenario
 from mavplan.scenario.sections import FleetVehicle, Home
 from mavplan.sorties.make import needed_budget, said_of_the_end
 from mavplan.sorties.ways import Ways
+
+SEARCHING = frozenset({"length", "time"})
+"""Planners that take so long that other hands are worth while."""
 
 MOST_TRIALS = 40
 """Whole flights that are planned to see whether a stop is better off with another vehicle."""
@@ -246,7 +250,13 @@ class _Crews:
         orders = [wanted, sorted(wanted, key=lambda stop: float(bearing[stop]))]
         parts = divide(ways, self._base.holds.stored_s.tolist(), orders)
         parts = self._improved(parts)
-        return tuple(self._best(vehicle, part) for vehicle, part in enumerate(parts))
+        flying = [vehicle for vehicle, part in enumerate(parts) if part]
+        tasks = [(self._scenario(vehicle, parts[vehicle]), self._hover) for vehicle in flying]
+        spread = lent() if self._own[0].planner.name in SEARCHING else spread_here
+        anew = dict(zip(flying, spread(planned_anew, tasks), strict=True))
+        return tuple(
+            self._best(vehicle, part, anew[vehicle]) if part else None for vehicle, part in enumerate(parts)
+        )
 
     def _by_stop(self) -> list[list[int]]:
         """Return the users that go with each stop: those it serves best, a pair with the stop of its first member."""
@@ -329,20 +339,24 @@ class _Crews:
         except InputError:
             return None
 
-    def _best(self, vehicle: int, part: Sequence[int]) -> Plan | None:
+    def _best(self, vehicle: int, part: Sequence[int], anew: Plan | tuple[Problem, ...]) -> Plan:
         """Return the shorter of the flight over the stops as they are and the one that the planner makes anew."""
-        if not part:
-            return None
         along = self._along(vehicle, part)
-        try:
-            anew = make_plan(self._scenario(vehicle, part), self._hover)
-        except InputError:
+        if not isinstance(anew, Plan):
             if along is None:
-                raise
+                raise InputError(anew)
             return along
         if along is None or anew.forecast.mission_s <= along.forecast.mission_s:
             return anew
         return along
+
+
+def planned_anew(task: tuple[Scenario, HoverStyle]) -> Plan | tuple[Problem, ...]:
+    """Return the plan of one vehicle, or what is wrong with it; what every worker does."""
+    try:
+        return make_plan(*task)
+    except InputError as error:
+        return error.problems
 
 
 def _numbered(rounds: Sequence[Round], scenario: Scenario) -> Iterator[Plan]:

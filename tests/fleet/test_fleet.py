@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavplan.errors import InputError
+from mavplan.fleet import divide as fleet_divide
 from mavplan.fleet.divide import divide
 from mavplan.fleet.make import plan_fleet
 from mavplan.fleet.timeline import Timeline, meeting, timeline
@@ -22,6 +23,7 @@ from mavplan.scenario import Scenario, Vehicle, load_scenario
 from mavplan.scenario.sections import D2D, FleetVehicle, PlannerOptions
 from mavplan.sorties.ways import Ways
 from mavplan.stored_plan import parse_plan
+from mavplan.workers.crew import lending
 from tests.support import HOME, make_scenario, user_fields
 
 GALLERY = Path(__file__).resolve().parents[2] / "missions"
@@ -184,3 +186,37 @@ def test_a_meeting_is_found_where_fine_samples_show_one(one, other, start_s):
         there = lines[0].at(at) - lines[1].at(at - start_s)
         assert np.hypot(there[0, 0], there[0, 1]) <= 20.0 + 1e-6
         assert abs(there[0, 2]) <= 10.0
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_long_order_is_cut_nearly_as_evenly_as_the_dynamic_programme_does(count, monkeypatch):
+    rng = np.random.default_rng(count)
+    places_m = rng.uniform(-3000, 3000, (40, 2))
+    ways = Ways(make_scenario(places_m), places_m)
+    holds_s = rng.uniform(0, 60, 40).tolist()
+    order = np.argsort(places_m[:, 0]).tolist()
+
+    def longest_s(pieces):
+        return max(ways.flight(piece, [holds_s[stop] for stop in piece]).seconds for piece in pieces if piece)
+
+    best = fleet_divide._pieces(ways, holds_s, order, count)
+    monkeypatch.setattr(fleet_divide, "MOST_CUT", 10)
+    found = fleet_divide._pieces(ways, holds_s, order, count)
+    assert [stop for piece in found for stop in piece] == order
+    assert len(found) == count
+    assert longest_s(best) - 1e-6 <= longest_s(found) <= 1.1 * longest_s(best)
+
+
+def test_vehicles_planned_by_two_processes_have_the_same_plans():
+    scenario = make_scenario(
+        np.random.default_rng(1).uniform(-2000, 2000, (12, 2)), planner="length", end="rtl"
+    )
+    here = plan_fleet(scenario, 2)
+    with lending(2):
+        there = plan_fleet(scenario, 2)
+    assert len(here.plans) == 2
+    for one, other in zip(here.plans, there.plans, strict=True):
+        assert one.scenario.users.names == other.scenario.users.names
+        np.testing.assert_array_equal(one.trajectory.path_m, other.trajectory.path_m)
+        assert one.trajectory.bound.bound == other.trajectory.bound.bound
+        assert document(one) == document(other)
