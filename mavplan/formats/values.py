@@ -121,7 +121,10 @@ def mission_problems(mission: Mission) -> Iterator[Problem]:
     if not mission.items:
         yield Problem("mission", "there are no items", "empty")
     if len(mission.items) > MAX_ITEMS:
-        found = f"{len(mission.items)} items are more than the {MAX_ITEMS} that MAVLink can carry"
+        found = (
+            f"{len(mission.items)} items are more than the {MAX_ITEMS} that MAVLink can carry: "
+            "--hover hold makes one item of a stop, --vehicles and --sorties several missions"
+        )
         yield Problem("mission", found, "too-many")
     for index, item in enumerate(mission.items):
         where = f"item {index}"

@@ -34,6 +34,9 @@ class AutopilotRules:
         Cruise speed beyond which default parameters change nothing.
     max_first_leg_m
         Distance of the first stop beyond which the autopilot warns; infinite where it does not.
+    measured_items
+        Items, home counted where it is one, beyond which it refused a mission in simulation; boards hold fewer, or more
+        where a memory card is used.
     hover_error_m
         How far off its place, in any direction, it may be while a hold is counted.
     """
@@ -50,6 +53,7 @@ class AutopilotRules:
     loiter_param4: float
     default_speed_limit_m_s: float
     max_first_leg_m: float
+    measured_items: int
     hover_error_m: float
 
 
@@ -66,6 +70,7 @@ ARDUPILOT = AutopilotRules(
     loiter_param4=0.0,
     default_speed_limit_m_s=10.0,
     max_first_leg_m=math.inf,
+    measured_items=650,
     hover_error_m=1.0,  # 0.73 m was the most, over the ground
 )
 
@@ -82,6 +87,7 @@ PX4 = AutopilotRules(
     loiter_param4=math.nan,
     default_speed_limit_m_s=10.0,
     max_first_leg_m=10_000.0,
+    measured_items=10_000,
     hover_error_m=3.0,  # the hold counts from 2 m away, the height was up to 1.8 m off
 )
 

@@ -152,9 +152,11 @@ def build_mission(
         cruise_speed_m_s=float(speed_m_s),
         hover_speed_m_s=float(speed_m_s),
     )
-    return BuiltMission(
-        mission, tuple(stop_items), tuple(_warnings(home, stops_e7[0], rules, altitude_m, speed_m_s, end))
+    warnings = (
+        *_warnings(home, stops_e7[0], rules, altitude_m, speed_m_s, end),
+        *_capacity(len(items) + rules.home_on_wire, rules),
     )
+    return BuiltMission(mission, tuple(stop_items), warnings)
 
 
 def _position(
@@ -242,6 +244,16 @@ def _problems(
         yield Problem("end", f'"{end}" is not one of {", ".join(ENDS)}', "choice")
     if hover not in HOVERS:
         yield Problem("hover", f'"{hover}" is not one of {", ".join(HOVERS)}', "choice")
+
+
+def _capacity(count: int, rules: AutopilotRules) -> Iterator[Problem]:
+    """Yield a warning where a mission is longer than what this autopilot was seen to take."""
+    if count > rules.measured_items:
+        found = (
+            f"{count:,} items, and {rules.title} took {rules.measured_items:,} at most when tried: the vehicle "
+            "may refuse them; --hover hold makes one item of a stop, --vehicles and --sorties several missions"
+        )
+        yield Problem("mission", found, "many-items", "warning")
 
 
 def _warnings(

@@ -227,3 +227,17 @@ def test_all_problems_are_told_at_once() -> None:
     with pytest.raises(InputError) as caught:
         built(holds_s=(0.5, 1e9), speed_m_s=-1.0)
     assert [problem.code for problem in caught.value.problems] == ["hold", "hold", "speed"]
+
+
+@pytest.mark.parametrize(("rules", "most"), [(ARDUPILOT, 650), (PX4, 10_000)])
+def test_more_items_than_the_autopilot_took_in_simulation_are_warned_of(
+    rules: AutopilotRules, most: int
+) -> None:
+    """Items beside the stops: speed, take-off, return, and home where it is an item."""
+    fit = most - 3 - int(rules.home_on_wire)
+
+    def of(stops: int) -> BuiltMission:
+        return built(rules, stops_e7=STOPS[:1] * stops, holds_s=(8.0,) * stops, hover="hold")
+
+    assert "many-items" not in codes(of(fit))
+    assert "many-items" in codes(of(fit + 1))
