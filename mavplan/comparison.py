@@ -1,7 +1,7 @@
 """Every planner on the same users, beside the SBW benchmark, and how few stops would do at all."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from mavplan.plan import Plan, make_plan
@@ -10,6 +10,8 @@ from mavplan.planners.cover import minimum_cover, minimum_pair_cover
 from mavplan.scenario.model import Scenario
 
 BENCHMARK = "sbw"
+PAPERS = ("tloaik", "stoaik", "boaik", "sbw")
+"""Planners of the paper, which take no more than seconds among thousands of users."""
 COVER_LIMIT_S = 10.0
 """For the proof of each of the two least numbers of stops; what is proved by then is said."""
 
@@ -55,15 +57,28 @@ class Comparison:
     least_stops_with_d2d: LeastStops
 
 
-def compare(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Comparison:
-    """Plan a scenario with every planner of the registry.
+def compare(
+    scenario: Scenario,
+    progress: Callable[[int, int], None] | None = None,
+    planners: Sequence[str] | None = None,
+) -> Comparison:
+    """Plan a scenario with several planners.
+
+    Parameters
+    ----------
+    scenario
+        The name of its planner does not count, its other options do.
+    progress
+        Told what is done and what there is to do.
+    planners
+        Their names; the benchmark is planned in any case. None: every planner of the registry.
 
     Raises
     ------
     InputError
         As `mavplan.plan.make_plan`.
     """
-    names = [*(name for name in PLANNERS if name != BENCHMARK), BENCHMARK]
+    names = [*(name for name in planners or PLANNERS if name != BENCHMARK), BENCHMARK]
     tell = _in_parts(progress, len(names) + 2)
     plans: list[Plan] = []
     for done, name in enumerate(names):

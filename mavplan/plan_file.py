@@ -134,6 +134,7 @@ def document(plan: Plan, progress: Progress | None = None) -> dict[str, Any]:
         "scenario": sections(plan.scenario),
         "scenario_sha256": fingerprint(plan.scenario),
         **({} if plan.scenario.terrain is None else {"ground": _ground(plan, plan.scenario.terrain)}),
+        "warnings": [str(problem) for problem in plan.warnings],
         **({} if certificate is None else {"certificate": certificate}),
     }
 

@@ -180,6 +180,11 @@ class PlanFile:
     certificate: Any = None
     ground: list[FileGround] = field(default_factory=list)
     part: FilePart | None = None
+    scenario_sha256: str = ""
+    length_m: Annotated[float, Field(ge=0)] | None = None
+    sum_rate_bit_s_hz: Annotated[float, Field(ge=0)] | None = None
+    joint_index: float | None = None
+    warnings: list[str] = field(default_factory=list)
 
 
 _ADAPTER = TypeAdapter(PlanFile)

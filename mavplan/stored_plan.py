@@ -93,6 +93,12 @@ class StoredPlan:
         The ground above home under the way to items, by their index, at even distances; empty over a plane.
     part
         Which of several flights it is; None where it is the only one.
+    length_m, sum_rate_bit_s_hz, joint_index
+        The planner's figures; None where the file does not say.
+    warnings
+        What was said when it was planned.
+    fingerprint
+        Of everything that the plan depends on (`mavplan.plan_file.fingerprint`); empty where the file does not say.
     vehicle
         Which vehicle was last seen to hold it (`mavplan.formats.beside.remember_vehicle`); empty if none.
     """
@@ -119,6 +125,11 @@ class StoredPlan:
     ground: Mapping[int, Floats] = field(default_factory=dict)
     part: Part | None = None
     in_flight_bit: Floats | None = None
+    length_m: float | None = None
+    sum_rate_bit_s_hz: float | None = None
+    joint_index: float | None = None
+    warnings: tuple[str, ...] = ()
+    fingerprint: str = ""
 
     @property
     def listeners_m(self) -> Floats:
@@ -216,6 +227,11 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         hidden=_hidden(file),
         part=_part(file),
         in_flight_bit=_in_flight_bit(file),
+        length_m=file.length_m,
+        sum_rate_bit_s_hz=file.sum_rate_bit_s_hz,
+        joint_index=file.joint_index,
+        warnings=tuple(file.warnings),
+        fingerprint=file.scenario_sha256,
         ground={leg.item: np.array(leg.ground_rel_m, dtype=np.float64) for leg in file.ground},
     )
 

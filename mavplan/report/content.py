@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mavplan.bounds import Bound
 from mavplan.expected import expected_flight
 from mavplan.geo import LocalPlane
 from mavplan.hover import broadcast_rates
@@ -24,9 +25,13 @@ if TYPE_CHECKING:
     from mavplan.stored_plan import StoredPlan
 
 
+LEAST_BACK_M = 0.5
+"""A shorter way back is none: the mission's places are rounded."""
+
+
 @dataclass(frozen=True, slots=True)
 class UserRow:
-    """A user: its place in metres east and north of home, what it needs, and what it gets."""
+    """A user: its place in metres east and north, what it needs, and what it gets on the way and in all."""
 
     name: str
     x_m: float
@@ -38,6 +43,7 @@ class UserRow:
     d2d: bool
     mate: str
     rate_mbit_s: float
+    in_flight_mbit: float
     gets_mbit: float
 
 
@@ -89,13 +95,14 @@ class Area:
 
 @dataclass(frozen=True, slots=True)
 class CompareRow:
-    """A planner beside the others; the plan of the report is ``chosen``."""
+    """A planner beside the others, ``flown_m`` with the way home; the plan of the report is ``chosen``."""
 
     planner: str
     stops: int
     d2d_users: int
     length_m: float
-    sum_rate_bit_s_hz: float
+    flown_m: float
+    sum_rate_bit_s_hz: float | None
     joint_index: float | None
     hover_s: float
     mission_s: float
@@ -104,10 +111,28 @@ class CompareRow:
 
 @dataclass(frozen=True, slots=True)
 class ReportContent:
-    """All of a report: seconds from the start of the mission, metres from home; ``back_m`` is the return.
+    """All that is shown of a flight: seconds from the start of its mission, metres from the report's home.
 
-    ``in_flight`` says whether users receive on the way; ``least_s`` is what no mission takes less than, where proved.
-    ``ground`` is the ground below the flight, above home, over time as ``profile`` is; empty where it is not known.
+    Attributes
+    ----------
+    home_m
+        Where it takes off: the origin, but for vehicles that start elsewhere than the first.
+    length_m, back_m
+        From home to the last stop, and from there on.
+    profile, ground
+        Time, and height above home of the flight and of the ground below it; that is empty where it is not known.
+    start_s
+        When it starts, after the first of several.
+    flight
+        Its name among several; empty where it is the only one.
+    proved
+        What is proved of it, in words; empty where nothing is.
+    in_flight
+        Whether what users receive on the way counts.
+    warnings
+        What the people who fly it should know.
+    not_served
+        Users that none of several flights serves.
     """
 
     title: str
@@ -133,8 +158,14 @@ class ReportContent:
     battery_wh: float | None
     comparison: tuple[CompareRow, ...]
     least_stops: str
+    home_m: tuple[float, float] = (0.0, 0.0)
+    flight: str = ""
+    sorties: bool = False
+    start_s: float = 0.0
+    proved: str = ""
     in_flight: bool = False
-    least_s: float | None = None
+    warnings: tuple[str, ...] = ()
+    not_served: tuple[str, ...] = ()
 
     @property
     def any_pinned(self) -> bool:
@@ -148,9 +179,13 @@ class ReportContent:
 
 
 def report_content(
-    mission: Mission, plan: "StoredPlan", title: str, comparison: "Comparison | None" = None
+    mission: Mission,
+    plan: "StoredPlan",
+    title: str,
+    comparison: "Comparison | None" = None,
+    plane: LocalPlane | None = None,
 ) -> ReportContent:
-    """Gather what a report shows.
+    """Gather what a report shows of a flight.
 
     Parameters
     ----------
@@ -162,30 +197,36 @@ def report_content(
         Heading of the page.
     comparison
         The planners on the same users, where it was asked for.
+    plane
+        About the home of the first of several flights; None: about its own.
     """
     vehicle = plan.scenario.vehicle
     rules = AUTOPILOTS[plan.autopilot]
     expected = expected_flight(mission, plan.scenario, rules)
-    plane = LocalPlane(mission.home.lat_e7 / 1e7, mission.home.lon_e7 / 1e7)
-    stops_m = plane.to_xy_m([stop.lat_deg for stop in plan.stops], [stop.lon_deg for stop in plan.stops])
-    path_m, back_m = _path_m(mission, plane)
+    home_deg = mission.home.lat_e7 / 1e7, mission.home.lon_e7 / 1e7
+    own = LocalPlane(*home_deg)
+    plane = plane or own
+    stops_deg = [stop.lat_deg for stop in plan.stops], [stop.lon_deg for stop in plan.stops]
+    path_m = _path_m(mission, plane)
+    flown_m = _length_m(_path_m(mission, own))
+    length_m = min(flown_m, _way_m(mission, plan, own) if plan.length_m is None else plan.length_m)
     channel = Channel(plan.scenario.radio, vehicle.altitude_m, plan.scenario.d2d)
-    legs_m = np.linalg.norm(np.diff(path_m, axis=0), axis=1)
     mates = plan.scenario.users.mate
-    return ReportContent(
+    home_items = int(rules.home_on_wire)
+    content = ReportContent(
         title=title,
         planner=plan.planner,
         autopilot=rules.title,
         radius_m=planning_channel(plan.scenario).radius_m,
         altitude_m=vehicle.altitude_m,
         service=plan.scenario.service.mode,
-        path_m=tuple((float(x), float(y)) for x, y in path_m),
-        length_m=float(legs_m.sum()) - back_m,
-        back_m=back_m,
-        stops=tuple(_stops(plan, stops_m, expected, int(rules.home_on_wire))),
-        users=tuple(_users(plan, stops_m, channel)),
+        path_m=_points(path_m),
+        length_m=length_m,
+        back_m=0.0 if flown_m - length_m < LEAST_BACK_M else flown_m - length_m,
+        stops=tuple(_stops(plan, plane.to_xy_m(*stops_deg), expected, home_items)),
+        users=tuple(_users(plan, own.to_xy_m(*stops_deg), channel, plane)),
         pairs=tuple((n, int(m)) for n, m in enumerate(mates) if m != UNPAIRED and n < m),
-        items=tuple(_items(mission, plan, expected, int(rules.home_on_wire))),
+        items=tuple(_items(mission, plan, expected, home_items)),
         areas=tuple(_areas(mission, plane)),
         profile=tuple(_profile(mission, expected)),
         ground=tuple(_ground(plan, expected)),
@@ -194,25 +235,66 @@ def report_content(
         mission_s=expected.mission_s,
         used_wh=expected.used_wh,
         battery_wh=vehicle.battery_wh,
-        comparison=tuple(_compared(comparison, plan.planner)) if comparison is not None else (),
+        comparison=(),
         least_stops="" if comparison is None else str(comparison.least_stops_with_d2d),
+        home_m=_points(plane.to_xy_m([home_deg[0]], [home_deg[1]]))[0],
+        flight=_flight(plan),
+        sorties=plan.part is not None and plan.part.kind == "sortie",
+        start_s=0.0 if plan.part is None else plan.part.start_s,
+        proved=proved(plan.bound),
         in_flight=plan.in_flight_bit is not None,
-        least_s=plan.bound.bound if plan.bound and plan.bound.objective == "mission_s" else None,
+        warnings=tuple(dict.fromkeys([*plan.warnings, *(str(problem) for problem in mission.warnings)])),
+        not_served=() if plan.part is None else tuple(plan.part.not_served),
     )
+    if comparison is None:
+        return content
+    return replace(content, comparison=tuple(_compared(comparison, content, plan)))
 
 
-def _path_m(mission: Mission, plane: LocalPlane) -> tuple[Floats, float]:
-    """Return (P, 2) places in flying order from home, and the length of the way back where the mission returns."""
+def proved(bound: Bound | None) -> str:
+    """Return what is proved of a plan, as a sentence; empty where nothing is."""
+    if bound is None:
+        return ""
+    if bound.objective == "mission_s":
+        best = "no plan takes less time"
+        rest = (
+            f"no plan takes less than {bound.bound:,.1f} s, this one {bound.plan:,.1f} s before its holds are "
+            "rounded up"
+        )
+    else:
+        way = "path with its way home" if bound.objective == "tour_m" else "path"
+        best = f"no {way} is shorter"
+        rest = f"no {way} is shorter than {bound.bound:,.0f} m, this one has {bound.plan:,.0f} m"
+    return f"Proved: {best}." if bound.proved else f"Proved: {rest} (gap {bound.gap:.1%})."
+
+
+def _flight(plan: "StoredPlan") -> str:
+    part = plan.part
+    if part is None:
+        return ""
+    again = f", round {part.round} of {part.rounds}" if part.rounds > 1 else ""
+    return (part.name or f"{part.kind} {part.number}") + again
+
+
+def _path_m(mission: Mission, plane: LocalPlane) -> Floats:
+    """Return (P, 2) places in flying order, from home; back to it where the mission returns."""
+    home = plane.to_xy_m([mission.home.lat_e7 / 1e7], [mission.home.lon_e7 / 1e7])
     placed = [item for item in mission.items if item.has_position]
-    path = np.vstack(
-        [np.zeros((1, 2)), plane.to_xy_m([i.lat_deg for i in placed], [i.lon_deg for i in placed])]
-    )
-    back_m = 0.0
+    path = np.vstack([home, plane.to_xy_m([i.lat_deg for i in placed], [i.lon_deg for i in placed])])
     if any(item.command == Command.NAV_RETURN_TO_LAUNCH for item in mission.items):
-        back_m = float(np.linalg.norm(path[-1]))
-        path = np.vstack([path, np.zeros((1, 2))])
+        path = np.vstack([path, home])
     moved = np.append(True, np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.01)
-    return np.asarray(path[moved]), back_m
+    return np.asarray(path[moved])
+
+
+def _way_m(mission: Mission, plan: "StoredPlan", plane: LocalPlane) -> float:
+    """Return the length from home to the last stop."""
+    out = replace(mission, items=mission.items[: plan.stops[-1].items.hold + 1])
+    return _length_m(_path_m(out, plane))
+
+
+def _length_m(path_m: Floats) -> float:
+    return float(np.linalg.norm(np.diff(path_m, axis=0), axis=1).sum())
 
 
 def _stops(plan: "StoredPlan", stops_m: Floats, expected: Forecast, home_items: int) -> Iterator[StopRow]:
@@ -233,8 +315,11 @@ def _stops(plan: "StoredPlan", stops_m: Floats, expected: Forecast, home_items: 
         )
 
 
-def _users(plan: "StoredPlan", stops_m: Floats, channel: Channel) -> Iterator[UserRow]:
+def _users(plan: "StoredPlan", stops_m: Floats, channel: Channel, plane: LocalPlane) -> Iterator[UserRow]:
+    """Yield the users; ``stops_m`` in the plan's own plane, their places on the page in ``plane``."""
     users, bandwidth_hz = plan.scenario.users, plan.scenario.radio.bandwidth_hz
+    places_m = plane.to_xy_m(users.lat_deg, users.lon_deg)
+    passing_bit = np.zeros(len(users)) if plan.in_flight_bit is None else plan.in_flight_bit
     if plan.hidden is None:
         rates = broadcast_rates(users, stops_m, channel)
     else:
@@ -247,19 +332,17 @@ def _users(plan: "StoredPlan", stops_m: Floats, channel: Channel) -> Iterator[Us
         got_bit = (rates * seconds).sum(axis=1)
     else:
         got_bit = rates @ plan.hold_s
-    if plan.in_flight_bit is not None:
-        got_bit = got_bit + plan.in_flight_bit
     for n, name in enumerate(users.names):
         mate, d2d = int(users.mate[n]), bool(plan.d2d[n])
-        rate, got = float(rates[n].max()), float(got_bit[n])
+        rate, got = float(rates[n].max()), float(got_bit[n] + passing_bit[n])
         if d2d:
             apart_m = np.linalg.norm(users.xy_m[n] - users.xy_m[mate])
             link = float(channel.d2d_rate(np.array([apart_m]))[0]) * bandwidth_hz
             rate, got = min(float(rates[mate].max()), link), float(users.demand_bit[n])
         yield UserRow(
             name=name,
-            x_m=float(users.xy_m[n, 0]),
-            y_m=float(users.xy_m[n, 1]),
+            x_m=float(places_m[n, 0]),
+            y_m=float(places_m[n, 1]),
             lat_deg=float(users.lat_deg[n]),
             lon_deg=float(users.lon_deg[n]),
             demand_mbit=float(users.demand_bit[n]) / 1e6,
@@ -267,6 +350,7 @@ def _users(plan: "StoredPlan", stops_m: Floats, channel: Channel) -> Iterator[Us
             d2d=d2d,
             mate=users.names[mate] if mate != UNPAIRED else "",
             rate_mbit_s=rate / 1e6,
+            in_flight_mbit=0.0 if d2d else float(passing_bit[n]) / 1e6,
             gets_mbit=got / 1e6,
         )
 
@@ -346,16 +430,33 @@ def _ground(plan: "StoredPlan", expected: Forecast) -> Iterator[tuple[float, flo
         yield found.done_s, below_m
 
 
-def _compared(comparison: "Comparison", planner: str) -> Iterator[CompareRow]:
-    for row in comparison.rows:
-        yield CompareRow(
-            planner=row.planner,
-            stops=row.stops,
-            d2d_users=row.d2d_users,
-            length_m=row.length_m,
-            sum_rate_bit_s_hz=row.sum_rate_bit_s_hz,
-            joint_index=row.joint_index,
-            hover_s=row.hover_s,
-            mission_s=row.mission_s,
-            chosen=row.planner == planner,
-        )
+def _compared(comparison: "Comparison", content: ReportContent, plan: "StoredPlan") -> Iterator[CompareRow]:
+    """Yield a row for each planner, that of this plan first, with its own figures."""
+    yield CompareRow(
+        planner=content.planner,
+        stops=len(content.stops),
+        d2d_users=sum(user.d2d for user in content.users),
+        length_m=content.length_m,
+        flown_m=content.length_m + content.back_m,
+        sum_rate_bit_s_hz=plan.sum_rate_bit_s_hz,
+        joint_index=plan.joint_index,
+        hover_s=content.hover_s,
+        mission_s=content.mission_s,
+        chosen=True,
+    )
+    for row, other in zip(comparison.rows, comparison.plans, strict=True):
+        home = other.scenario.home
+        plane = LocalPlane(home.lat_deg, home.lon_deg)
+        if row.planner != content.planner:
+            yield CompareRow(
+                planner=row.planner,
+                stops=row.stops,
+                d2d_users=row.d2d_users,
+                length_m=row.length_m,
+                flown_m=max(row.length_m, _length_m(_path_m(other.built.mission, plane))),
+                sum_rate_bit_s_hz=row.sum_rate_bit_s_hz,
+                joint_index=row.joint_index,
+                hover_s=row.hover_s,
+                mission_s=row.mission_s,
+                chosen=False,
+            )

@@ -6,12 +6,12 @@ let view = { ...all };
 const panel = document.getElementById("panel"), resting = [...panel.childNodes];
 const bar = document.getElementById("bar");
 
-function show() {
+function show(paper) {
   map.setAttribute("viewBox", `${view.x} ${view.y} ${view.width} ${view.height}`);
-  const box = map.getBoundingClientRect();
+  const box = paper || map.getBoundingClientRect();
   const u = Math.max(view.width / box.width, view.height / box.height) || 1;
   map.style.setProperty("--u", u);
-  map.querySelector(".home").setAttribute("transform", `scale(${u})`);
+  for (const home of map.querySelectorAll(".home")) home.setAttribute("transform", `translate(${home.dataset.at}) scale(${u})`);
   const power = 10 ** Math.floor(Math.log10(120 * u));
   const metres = [5, 2, 1].map(step => step * power).find(step => step <= 120 * u) || power;
   document.getElementById("bar-line").style.width = `${metres / u}px`;
@@ -147,9 +147,15 @@ filter.addEventListener("input", () => {
   for (const row of userRows) { row.hidden = !row.cells[0].textContent.toLocaleLowerCase().includes(wanted); left += !row.hidden; }
   filtered.textContent = wanted ? `${left} of ${userRows.length}` : "";
 });
-const items = document.querySelector("details");
-let opened = false;
-addEventListener("beforeprint", () => { opened = items.open; items.open = true; view = { ...all }; show(); });
-addEventListener("afterprint", () => { items.open = opened; show(); });
-addEventListener("resize", show);
+// On paper the map is as large as the style sheet says, and its signs and scale are made for that.
+const paper = { width: 180 / 25.4 * 96, height: 150 / 25.4 * 96 };
+const items = [...document.querySelectorAll("details")];
+let opened = [], looked = view;
+addEventListener("beforeprint", () => {
+  opened = items.map(part => part.open); looked = view;
+  for (const part of items) part.open = true;
+  view = { ...all }; show(paper);
+});
+addEventListener("afterprint", () => { items.forEach((part, number) => { part.open = opened[number]; }); view = looked; show(); });
+addEventListener("resize", () => show());
 show();

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mavplan import __version__
-from mavplan.errors import Problem
 from mavplan.report.axes import clock_step_s, marks, round_step
 from mavplan.report.content import ReportContent
 
@@ -20,27 +20,146 @@ MARGIN = 0.04
 """Part of a map's width that is left free about what is drawn."""
 MAP_PX = 900.0
 """Width of the map that signs are sized for, until the page knows its own."""
+COLOURS = 6
+"""Of flights, in ``page.css``."""
 
 
-def render(content: ReportContent, warnings: Sequence[Problem] = ()) -> str:
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """A flight on the page.
+
+    Attributes
+    ----------
+    c
+        What is shown of it.
+    key
+        Before the numbers of its stops, where there are several.
+    first_user
+        Number of its first user on the page.
+    colour
+        Of its path, from 1; 0 where it is the only one.
+    """
+
+    c: ReportContent
+    key: str
+    first_user: int
+    colour: int
+
+    def label(self, number: int) -> str:
+        """Return how a stop is called on the page."""
+        return f"{self.key}{number}"
+
+
+def render(*contents: ReportContent, title: str = "") -> str:
     """Return the page.
 
     Parameters
     ----------
-    content
-        What is shown; all of it is escaped.
-    warnings
-        What the people who fly it should know, first on the page.
+    contents
+        The flights that are shown, at least one, in the plane of the first; all of it is escaped.
+    title
+        Heading of the page. Default: the first flight's.
     """
+    flights, offset = [], 0
+    for number, content in enumerate(contents, start=1):
+        several = len(contents) > 1
+        colour = (number - 1) % COLOURS + 1 if several else 0
+        flights.append(Flight(content, f"{number}." if several else "", offset, colour))
+        offset += len(content.users)
+    end_s = max(content.start_s + content.mission_s for content in contents)
+    heights = [h for content in contents for _, h in (*content.profile, *content.ground)]
+    low, high = min(0.0, *heights), max(*heights, *(content.altitude_m for content in contents))
+    stops = [stop for content in contents for stop in content.stops]
     return _template().render(
-        c=content,
-        warnings=warnings,
-        view=_view(content),
-        time_marks=marks(content.mission_s, 12, clock_step_s),
-        height_marks=_height_marks(content),
-        low=min(0.0, *(height for _, height in (*content.profile, *content.ground))),
+        title=title or contents[0].title,
+        flights=flights,
+        c=contents[0],
+        several=len(contents) > 1,
+        lead=_lead(contents),
+        facts=_facts(contents),
+        warnings=_warnings(contents),
+        users=offset,
+        stops=len(stops),
+        named=any(stop.name for stop in stops),
+        in_flight=any(content.in_flight for content in contents),
+        d2d=any(user.d2d for content in contents for user in content.users),
+        areas=[*dict.fromkeys(area for content in contents for area in content.areas)],
+        view=_view(contents),
+        time_marks=marks(end_s, 12, clock_step_s),
+        height_marks=_height_marks(low, max(heights)),
+        span_s=end_s or 1.0,
+        low=low,
+        high=low + 1.1 * ((high - low) or 1.0),
         version=__version__,
     )
+
+
+def _lead(contents: Sequence[ReportContent]) -> str:
+    """Return the sentence under the heading."""
+    planners = list(dict.fromkeys(content.planner.upper() for content in contents))
+    autopilots = list(dict.fromkeys(content.autopilot for content in contents))
+    users = len({user.name for content in contents for user in content.users})
+    stops = sum(len(content.stops) for content in contents)
+    flights = ""
+    if len(contents) > 1:
+        flights = f" in {len(contents)} {'sorties' if contents[0].sorties else 'flights'}"
+    return (
+        f"{' and '.join(planners)} for {' and '.join(autopilots)}: {_counted(users, 'user')}, "
+        f"{_counted(stops, 'stop')}{flights}"
+    )
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def _facts(contents: Sequence[ReportContent]) -> list[tuple[str, str, str]]:
+    """Return the figures at the top: what, how much, and beside it in small."""
+    first = contents[0]
+    back_m = math.fsum(content.back_m for content in contents)
+    demands = math.fsum(content.demand_mbit for content in contents)
+    found = [
+        ("Flight", clock(math.fsum(content.flight_s for content in contents)), ""),
+        ("Hover", clock(math.fsum(content.hover_s for content in contents)), ""),
+        (
+            "Path",
+            f"{math.fsum(content.length_m for content in contents):,.0f} m",
+            f"and {back_m:,.0f} m back" if back_m else "",
+        ),
+        (
+            "Altitude",
+            _range([content.altitude_m for content in contents]),
+            f"above {'the ground' if first.ground else 'home'}",
+        ),
+        ("Coverage radius", _range([content.radius_m for content in contents]), ""),
+        ("Demand", f"{demands:,.0f} Mbit", first.service),
+    ]
+    air_s = math.fsum(content.mission_s for content in contents)
+    if len(contents) == 1 or first.sorties:
+        found.insert(0, ("Mission" if len(contents) == 1 else "In the air", clock(air_s), ""))
+    else:
+        done_s = max(content.start_s + content.mission_s for content in contents)
+        found.insert(0, ("All done", clock(done_s), f"{clock(air_s)} in the air"))
+    used = [content.used_wh for content in contents if content.used_wh is not None]
+    if len(used) == len(contents):
+        battery = f"of {first.battery_wh:,.0f}" if len(contents) == 1 and first.battery_wh else ""
+        found.append(("Energy", f"{math.fsum(used):,.1f} Wh", battery))
+    return found
+
+
+def _range(values_m: Sequence[float]) -> str:
+    low, high = f"{min(values_m):,.0f}", f"{max(values_m):,.0f}"
+    return f"{low} m" if low == high else f"{low}–{high} m"
+
+
+def _warnings(contents: Sequence[ReportContent]) -> list[str]:
+    """Return what to know before the flight, each once; where not all flights say it, with the first's name."""
+    left = dict.fromkeys(name for content in contents for name in content.not_served)
+    found = [f"Not served: {', '.join(left)}."] if left else []
+    for text in dict.fromkeys(text for content in contents for text in content.warnings):
+        said_by = [content for content in contents if text in content.warnings]
+        found.append(text if len(said_by) == len(contents) else f"{said_by[0].flight}: {text}")
+    return found
 
 
 @cache
@@ -79,25 +198,28 @@ def cells(value: float) -> str:
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
-def _height_marks(content: ReportContent) -> list[float]:
+def _height_marks(low: float, high: float) -> list[float]:
     """Return the marks of heights above home, also below it where the flight or the ground is."""
-    heights = [height for _, height in (*content.profile, *content.ground)]
-    low, high = min(0.0, *heights), max(heights)
     if low >= 0:
         return marks(high, 4)
     step = round_step(high - low, 5)
     return [step * number for number in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
 
-def _view(content: ReportContent) -> dict[str, Any]:
+def _view(contents: Sequence[ReportContent]) -> dict[str, Any]:
     """Return the map's frame in metres, north up (y grows southwards), and metres a pixel to begin with."""
-    points = [*content.path_m, *((user.x_m, user.y_m) for user in content.users)]
-    for area in content.areas:
-        points += area.ring_m
+    points: list[tuple[float, float]] = []
+    lows, highs = [], []
+    for content in contents:
+        points += [*content.path_m, *((user.x_m, user.y_m) for user in content.users)]
+        for area in content.areas:
+            points += area.ring_m
+        stops = np.array([(stop.x_m, stop.y_m) for stop in content.stops])
+        lows.append(stops.min(axis=0) - content.radius_m)
+        highs.append(stops.max(axis=0) + content.radius_m)
     places = np.array(points)
-    stops = np.array([(stop.x_m, stop.y_m) for stop in content.stops])
-    low = np.minimum(places.min(axis=0), stops.min(axis=0) - content.radius_m)
-    high = np.maximum(places.max(axis=0), stops.max(axis=0) + content.radius_m)
+    low = np.minimum(places.min(axis=0), np.min(lows, axis=0))
+    high = np.maximum(places.max(axis=0), np.max(highs, axis=0))
     size = np.maximum(high - low, 10.0)
     low, size = low - MARGIN * size.max(), size + 2 * MARGIN * size.max()
     return {

@@ -7,6 +7,7 @@ import pytest
 
 from mavplan.formats.atomic import atomic_write
 from mavplan.report.page import render
+from tests.test_gallery import GALLERY
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 QUIET = [
@@ -191,3 +192,50 @@ def mavplan_report_of_hydrants(tmp_path):
     assert run(["plan", str(tmp_path / "scenario.toml"), "-o", str(mission)]) == 0
     assert run(["report", str(mission), "--no-compare"]) == 0
     return tmp_path / "hydrants.html"
+
+
+@pytest.fixture(scope="module")
+def fleet_files(tmp_path_factory):
+    """Three vehicles of the valley, on one page."""
+    from mavplan.cli import run
+
+    folder = tmp_path_factory.mktemp("fleet")
+    scenario = str(GALLERY / "valley/scenario.toml")
+    assert run(["plan", scenario, "--vehicles", "3", "-o", str(folder / "fleet.plan")]) == 0
+    files = sorted(str(path) for path in folder.glob("fleet-*.plan"))
+    assert run(["report", *files]) == 0
+    return folder, files
+
+
+def test_a_fleet_is_on_one_page_with_a_clock_for_all(browser, fleet_files):
+    folder, files = fleet_files
+    said = []
+    page = browser.new_page(viewport={"width": 1200, "height": 900})
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto((folder / "fleet.html").as_uri())
+    assert page.locator("h1").inner_text() == "fleet"
+    assert page.locator("#flights tbody tr").count() == page.locator(".path").count() == len(files) == 3
+    assert page.locator(".user").count() == 12
+    page.hover('.stop[data-stop="2.1"]')
+    assert page.locator("#panel h3").inner_text() == "Stop 2.1"
+    served = page.locator("#users tbody tr.on").all()
+    assert served
+    assert all(row.get_attribute("data-of") == "2.1" for row in served)
+    assert lit(page, ".hold") == lit(page, "#stops tbody tr") == 1
+    page.locator("#stops thead button", has_text="Stop").click()
+    numbers = page.locator("#stops tbody tr td:first-child").all_inner_texts()
+    assert numbers == sorted(numbers)
+    page.check('[data-layer="names"]')
+    assert page.locator(".name").first.is_visible()
+    assert said == []
+    page.close()
+
+
+def test_the_bar_on_paper_is_as_long_as_it_says(page):
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    bar_px = page.evaluate("document.getElementById('bar-line').getBoundingClientRect().width")
+    map_px = page.evaluate("document.getElementById('map').getScreenCTM().a")
+    words = page.locator("#bar-text").inner_text()
+    metres = float(words.split()[0]) * (1000 if words.endswith("km") else 1)
+    assert bar_px == pytest.approx(metres * map_px, rel=0.03)

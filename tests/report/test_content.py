@@ -5,14 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mavplan.bounds import Bound
+from mavplan.geo import LocalPlane
 from mavplan.hover import hold_times
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.wire import to_wire
 from mavplan.plan import make_plan
 from mavplan.plan_file import dumps
-from mavplan.report.content import report_content
+from mavplan.report.content import proved, report_content
 from mavplan.scenario import load_scenario
 from mavplan.stored_plan import parse_plan
+from tests.airspace.test_no_fly import box, with_zones
 from tests.support import make_scenario
 from tests.test_gallery import GALLERY
 
@@ -67,8 +70,7 @@ def test_what_users_receive_on_the_way_counts_and_the_bound_is_told():
     assert plan.holds.in_flight_bit.max() > 1e6
     for user in content.users:
         assert user.gets_mbit >= user.demand_mbit - 1e-5
-    assert content.least_s == pytest.approx(plan.trajectory.bound.bound, abs=0.01)
-    assert content.least_s <= content.mission_s
+    assert f"no plan takes less than {plan.trajectory.bound.bound:,.1f} s" in content.proved
 
 
 def test_one_at_a_time_counts_a_user_its_own_turns_only():
@@ -107,3 +109,56 @@ def test_a_plan_that_stays_has_no_way_back():
     assert [stop.hold_s for stop in content.stops] == hold_times(
         scenario, plan.trajectory, rules
     ).stored_s.tolist()
+
+
+def test_what_is_received_on_the_way_counts_and_is_shown_apart():
+    scenario = make_scenario([[300, 0], [900, 100], [1500, -200]], demand_mbit=20.0, planner="time")
+    plan, content = report_of(scenario)
+    assert plan.holds.in_flight_bit is not None
+    assert content.in_flight
+    for user, passing_bit in zip(content.users, plan.holds.in_flight_bit, strict=True):
+        assert user.in_flight_mbit == pytest.approx(passing_bit / 1e6, abs=1e-5)
+        assert user.gets_mbit >= user.demand_mbit - 1e-5
+    assert any(user.in_flight_mbit > 1.0 for user in content.users)
+
+
+def test_a_bound_is_told_with_its_gap_or_as_proved():
+    assert proved(None) == ""
+    assert proved(Bound("path_m", 100.0, 100.0)) == "Proved: no path is shorter."
+    assert proved(Bound("tour_m", 200.0, 190.0)) == (
+        "Proved: no path with its way home is shorter than 190 m, this one has 200 m (gap 5.0%)."
+    )
+    assert "no plan takes less than 90.0 s, this one 100.0 s" in proved(Bound("mission_s", 100.0, 90.0))
+
+
+def test_the_way_home_round_a_zone_is_not_counted_as_the_planners_path():
+    scenario = with_zones(make_scenario([[0, 2000]]), box(-300, 500, 200, 900, "lake"))
+    plan, content = report_of(scenario)
+    assert content.length_m == pytest.approx(plan.trajectory.length_m, abs=0.1)
+    assert content.back_m > np.linalg.norm(plan.trajectory.path_m[-1])
+    assert [area.label for area in content.areas if not area.inclusion] == ["lake"]
+    assert any("lake: a failsafe's return flies straight" in text for text in content.warnings)
+
+
+def test_vehicles_with_homes_of_their_own_stand_on_one_map(valley):
+    plan, _ = valley
+    plane = LocalPlane(plan.scenario.home.lat_deg + 0.01, plan.scenario.home.lon_deg)
+    stored = parse_plan(dumps(plan), "x")
+    own = report_content(plan.built.mission, stored, "x")
+    moved = report_content(plan.built.mission, stored, "x", plane=plane)
+    assert moved.home_m[1] == pytest.approx(-1111.5, abs=2)
+    assert moved.length_m == own.length_m
+    assert [user.gets_mbit for user in moved.users] == [user.gets_mbit for user in own.users]
+    for one, other in zip(own.stops, moved.stops, strict=True):
+        assert (other.x_m, other.y_m - moved.home_m[1]) == pytest.approx((one.x_m, one.y_m), abs=0.5)
+
+
+def test_the_comparison_has_this_plans_own_figures_first_and_ways_home(valley):
+    plan, content = valley
+    first = content.comparison[0]
+    assert first.chosen
+    assert first.length_m == pytest.approx(plan.trajectory.length_m, abs=0.1)
+    assert first.joint_index == pytest.approx(plan.joint_index, abs=1e-5)
+    assert first.mission_s == content.mission_s
+    for row in content.comparison:
+        assert row.flown_m > row.length_m

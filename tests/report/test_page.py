@@ -8,7 +8,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mavplan.errors import Problem
 from mavplan.report.page import cells, clock, figure, render
 
 VOID = {"meta", "input", "link", "br", "circle", "line", "polyline", "polygon", "path", "rect"}
@@ -44,7 +43,7 @@ class Page(HTMLParser):
 
 def test_the_page_is_whole_and_fetches_nothing(valley):
     _, content = valley
-    text = render(content, [Problem("speed_m_s", "is fast", "speed", "warning")])
+    text = render(replace(content, warnings=("speed_m_s: is fast",)))
     page = Page(text)
     assert page.urls == []
     assert not re.search(r"(https?:)?//[a-z]|url\(|@import|\bfetch\(|XMLHttpRequest|import\(", text)
