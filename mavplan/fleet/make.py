@@ -15,6 +15,7 @@ from mavplan.geo import LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
 from mavplan.planners.ordering import from_origin
+from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.spread import lent, spread_here
 from mavplan.planners.trajectory import assign
 from mavplan.radio import planning_channel
@@ -108,9 +109,8 @@ def plan_fleet(
     if over_ground and scenario.vehicles:
         message = "over terrain all vehicles start at [home]: leave [[vehicles]] out, or the file"
         raise InputError([Problem("[[vehicles]]", message, "fleet-terrain")])
-    if scenario.stops and count > 1:
-        message = "pinned stops are for one vehicle: leave them out, or plan it with a scenario of its own"
-        raise InputError([Problem("[[stops]]", message, "fleet-stops")])
+    if count > 1:
+        _check_pinned(scenario)
     chosen = None
     if scenario.search_altitude:
         single, scenario = _at_best_altitude(scenario, altitude_step_m * (count - 1), hover, progress)
@@ -145,6 +145,30 @@ def plan_fleet(
         raise faults[-1]
     plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(best, scenario))
     return Fleet(single, single_s, plans, (*_told(best), *_idle(best, scenario)))
+
+
+def _check_pinned(scenario: Scenario) -> None:
+    """Refuse pinned stops that several vehicles cannot keep.
+
+    Raises
+    ------
+    InputError
+        Each of them.
+    """
+    mates = {stop.user: stop.name for stop in scenario.stops if stop.user is not None}
+    users, problems = scenario.users, []
+    for stop in scenario.stops:
+        if stop.order is not None:
+            message = "has an order, and that is kept within one flight: leave it out, or plan one vehicle"
+            problems.append(Problem(stop.name, message, "fleet-stops"))
+        mate = int(users.mate[users.names.index(stop.user)]) if stop.user in users.names else UNPAIRED
+        if mate != UNPAIRED and users.names[mate] in mates:
+            message = (
+                f"is above a user whose mate {users.names[mate]} has a pinned stop too: a pair flies together"
+            )
+            problems.append(Problem(stop.name, message, "fleet-stops"))
+    if problems:
+        raise InputError(problems)
 
 
 Found = TypeVar("Found")
@@ -235,6 +259,7 @@ class _Crews:
         ]
         self._ways: list[Ways] = []
         self._made: dict[tuple[int, tuple[int, ...]], Plan | None] = {}
+        self._pins = pins_of(base.scenario).at(base.trajectory.stops_m)
         self._users_of = self._by_stop()
 
     def planned(self) -> tuple[Plan | None, ...]:
@@ -244,12 +269,14 @@ class _Crews:
         ways = [Ways(scenario, xy_m) for scenario, xy_m in zip(self._own, self._stops_m, strict=True)]
         if shared and all(s.vehicle == self._own[0].vehicle for s in self._own):
             ways = [ways[0]] * len(ways)
-        wanted = [stop for stop in range(len(stops_m)) if len(self._users_of[stop])]
+        wanted = [
+            stop for stop in range(len(stops_m)) if len(self._users_of[stop]) or self._pins[stop] != NO_PIN
+        ]
         bearing = np.arctan2(stops_m[:, 0], stops_m[:, 1])
         self._ways = ways
         orders = [wanted, sorted(wanted, key=lambda stop: float(bearing[stop]))]
         parts = divide(ways, self._base.holds.stored_s.tolist(), orders)
-        parts = self._improved(parts)
+        parts = self._improved(self._with_users(parts))
         flying = [vehicle for vehicle, part in enumerate(parts) if part]
         tasks = [(self._scenario(vehicle, parts[vehicle]), self._hover) for vehicle in flying]
         spread = lent() if self._own[0].planner.name in SEARCHING else spread_here
@@ -258,13 +285,41 @@ class _Crews:
             self._best(vehicle, part, anew[vehicle]) if part else None for vehicle, part in enumerate(parts)
         )
 
+    def _with_users(self, parts: list[list[int]]) -> list[list[int]]:
+        """Return the parts, pinned stops of one without users each given to another that has some, at least detour."""
+        holds_s = self._base.holds.stored_s
+        found = [list(part) if self._serves(part) else [] for part in parts]
+        for part in parts:
+            for stop in [] if self._serves(part) else part:
+                longer = {
+                    vehicle: inserted(self._ways[vehicle], mine, stop)
+                    for vehicle, mine in enumerate(found)
+                    if mine
+                }
+                least = min(
+                    longer,
+                    key=lambda v: (
+                        self._ways[v].flight(longer[v], [float(holds_s[s]) for s in longer[v]]).seconds
+                    ),
+                )
+                found[least] = longer[least]
+        return found
+
+    def _serves(self, part: Sequence[int]) -> bool:
+        return any(self._users_of[stop] for stop in part)
+
     def _by_stop(self) -> list[list[int]]:
-        """Return the users that go with each stop: those it serves best, a pair with the stop of its first member."""
+        """Return the users that go with each stop: those it serves best, a pair with the stop of its first member.
+
+        Where a pinned stop is above one of a pair, both go with that.
+        """
         users, assignment = self._base.scenario.users, self._base.trajectory.assignment
+        pinned = {stop.user for stop in self._base.scenario.stops}
         found: list[list[int]] = [[] for _ in range(len(self._base.trajectory.stops_m))]
         for user in range(len(users)):
             mate = int(users.mate[user])
-            first = user if mate == UNPAIRED else min(user, mate)
+            pair = [user] if mate == UNPAIRED else sorted((user, mate))
+            first = next((member for member in pair if users.names[member] in pinned), pair[0])
             found[int(assignment.stop[first])].append(user)
         return found
 
@@ -306,6 +361,7 @@ class _Crews:
             users=scenario.users.some(kept, scenario.users.demand_bit),
             d2d=replace(scenario.d2d, matching="given" if matching == "auto" else matching),
             vehicles=(),
+            stops=tuple(scenario.stops[self._pins[stop]] for stop in part if self._pins[stop] != NO_PIN),
             warnings=scenario.warnings if vehicle == 0 else (),
         )
 
@@ -318,6 +374,8 @@ class _Crews:
 
     def _planned_along(self, vehicle: int, part: Sequence[int]) -> Plan | None:
         scenario = self._scenario(vehicle, part)
+        if not len(scenario.users):
+            return None  # a flight is planned for somebody
         stops_m: Floats = self._stops_m[vehicle][list(part)]
         path = from_origin(stops_m)
         channel = planning_channel(scenario)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavplan.errors import InputError
+from mavplan.fleet.make import plan_fleet
 from mavplan.geo import LocalPlane
 from mavplan.mission.geofence import Fence, FenceCircle
 from mavplan.plan import make_plan, plan_along
@@ -22,6 +23,7 @@ from mavplan.planners.trajectory import assign
 from mavplan.proof.pinned import pinned_faults
 from mavplan.radio import planning_channel
 from mavplan.scenario import PinnedStop
+from mavplan.scenario.sections import FleetVehicle
 from mavplan.sorties.make import plan_sorties
 from mavplan.stored_plan import parse_plan
 from tests.support import HOME, make_scenario
@@ -261,12 +263,46 @@ def test_a_sortie_to_a_pinned_stop_alone_is_an_error_that_names_it():
     assert [(problem.where, problem.code) for problem in raised.value.problems] == [("far", "stop-alone")]
 
 
-def test_a_fleet_refuses_pinned_stops():
-    from mavplan.fleet.make import plan_fleet
+@settings(max_examples=10, deadline=None)
+@given(
+    st.lists(st.tuples(METRES, METRES), min_size=2, max_size=7, unique=True),
+    st.lists(st.tuples(METRES, METRES), min_size=1, max_size=3, unique=True),
+    st.sampled_from([0.0, 15.0]),
+)
+def test_a_fleet_flies_to_every_pinned_stop_once_and_a_named_user_is_served_at_its_own(xy_m, places, step_m):
+    scenario = make_scenario(xy_m, demand_mbit=60.0, clusters=3)
+    stops = [pin(*place, f"p{n}", hold_s=11.0) for n, place in enumerate(places)]
+    made = plan_fleet(with_stops(scenario, *stops, above(scenario, 1)), 2, altitude_step_m=step_m)
+    named = [(name, plan) for plan in made.plans for name in plan.pinned_names if name]
+    assert sorted(name for name, _ in named) == sorted(["u1", *(stop.name for stop in stops)])
+    assert all("u1" in plan.scenario.users.names for name, plan in named if name == "u1")
+    for plan in made.plans:
+        assert plan.trajectory.assignment.served.all()
+        assert list(pinned_faults(parse_plan(dumps(plan), "part"), plan.built.mission)) == []
 
-    with pytest.raises(InputError) as raised:
-        plan_fleet(with_stops(make_scenario([(600, 0)]), pin(0, 500, "p")), 2)
-    assert [problem.code for problem in raised.value.problems] == ["fleet-stops"]
+
+def test_a_fleet_refuses_what_is_kept_within_one_flight():
+    scenario = make_scenario([(600, 0), (700, 0), (0, 800)], pairs=[(0, 1)])
+    for stops, count in (
+        ([pin(0, 500, "p", order=1), pin(0, -500, "q", order="last")], 2),
+        ([above(scenario, 0), above(scenario, 1)], 2),
+    ):
+        with pytest.raises(InputError) as raised:
+            plan_fleet(with_stops(scenario, *stops), 2)
+        assert [problem.code for problem in raised.value.problems] == ["fleet-stops"] * count
+
+
+def test_vehicles_from_homes_of_their_own_find_pinned_stops_in_their_planes():
+    lat_deg, lon_deg = (part.tolist() for part in PLANE.to_lat_lon_deg([(2000.0, 0.0), (-2000.0, 500.0)]))
+    scenario = make_scenario([(1500, 0), (1700, 300), (-1500, 0), (-1800, 200)], demand_mbit=60.0, clusters=4)
+    user_lat, user_lon = PLANE.to_lat_lon_deg(scenario.users.xy_m)
+    users = dataclasses.replace(scenario.users, lat_deg=user_lat, lon_deg=user_lon)
+    vehicles = tuple(FleetVehicle(lat_deg[n], lon_deg[n], 600.0, name) for n, name in enumerate("ab"))
+    scenario = dataclasses.replace(scenario, users=users, vehicles=vehicles)
+    made = plan_fleet(with_stops(scenario, pin(1600, 500, "east"), pin(-1600, -300, "west")), 2)
+    assert [[name for name in plan.pinned_names if name] for plan in made.plans] == [["east"], ["west"]]
+    for plan in made.plans:
+        assert list(pinned_faults(parse_plan(dumps(plan), "part"), plan.built.mission)) == []
 
 
 @pytest.fixture(scope="module")
