@@ -77,13 +77,15 @@ def planned(planner: str, users: int) -> Run:
             process = subprocess.Popen(
                 [*command, "-o", folder / "out.plan"], stdout=output, start_new_session=True
             )
-        peak = 0
-        while True:
-            pid, status, used = os.wait4(process.pid, os.WNOHANG)
-            if pid:
-                break
-            peak = max(peak, group_bytes(process.pid))
-            time.sleep(LOOK_S)
+        peak, pid = 0, 0
+        try:
+            while not pid:
+                pid, status, used = os.wait4(process.pid, os.WNOHANG)
+                peak = max(peak, group_bytes(process.pid))
+                time.sleep(LOOK_S)
+        finally:
+            if not pid:  # its workers end with it
+                process.kill()
         wall_s = time.monotonic() - begun
         process.returncode = os.waitstatus_to_exitcode(status)
         if process.returncode:

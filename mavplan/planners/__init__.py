@@ -27,6 +27,7 @@ from mavplan.planners.stoaik import stoaik
 from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.tloaik import tloaik
 from mavplan.planners.trajectory import Trajectory
+from mavplan.planners.wide_time import TOGETHER
 from mavplan.radio import Channel, highest_altitude_m, planning_channel
 from mavplan.scenario.model import Scenario, Users
 
@@ -71,6 +72,9 @@ GROWTH = 4
 WHOLE = 1000
 """What progress is told in."""
 
+WITHOUT_CLUSTERS = frozenset({"length", "sbw"})
+"""Planners that need no clustering, of their own or of others."""
+
 PLANNERS: dict[str, Planner] = {
     planner.name: planner
     for planner in (
@@ -84,7 +88,6 @@ PLANNERS: dict[str, Planner] = {
 }
 
 
-@one_thread()
 def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Trajectory:
     """Run the scenario's planner and put its pinned stops in.
 
@@ -104,12 +107,19 @@ def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | N
     InputError
         The planner's name is unknown, or nobody on the ground can be reached from this altitude.
     """
-    found = _planned(scenario, progress)
+    with one_thread(clustering=scenario.planner.name not in WITHOUT_CLUSTERS):
+        return _with_pins(scenario, _planned(scenario, progress))
+
+
+def _with_pins(scenario: Scenario, found: Trajectory) -> Trajectory:
+    """Return the plan with the scenario's pinned stops in it."""
     pins = pins_of(scenario)
     if not pins.names:
         return found
     channel, returns = planning_channel(scenario), scenario.vehicle.end == "rtl"
-    cost = _mission_times(scenario, channel) if found.planner == "time" else None
+    # All plans of very many users at once would not fit into memory: then the length counts.
+    few = len(scenario.users) <= TOGETHER
+    cost = _mission_times(scenario, channel) if found.planner == "time" and few else None
     return with_pins(found, pins, scenario.users, channel, returns=returns, cost=cost)
 
 

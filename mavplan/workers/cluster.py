@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mavplan.errors import InputError, MavplanError
 from mavplan.workers.crew import alone
 from mavplan.workers.processes import interrupts_kept_here
-from mavplan.workers.versions import versions
+from mavplan.workers.versions import ALL_CODE, versions
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -47,7 +47,7 @@ class Cluster:
         from distributed import KilledWorker, as_completed
 
         client = self._client
-        made_with = versions()
+        made_with = versions(ALL_CODE)
         waiting = iter(tasks)
         running = as_completed(loop=client.loop, with_results=True)
 
@@ -73,8 +73,9 @@ class Cluster:
 
 def checked(function: Callable[[Any], Any], task: Any, made_with: dict[str, str]) -> Any:
     """Return the result of a task; what a worker of a cluster does, if it has the versions that it must have."""
-    if made_with != versions():
-        here = ", ".join(f"{name} {number}" for name, number in versions().items())
+    own = versions(ALL_CODE)
+    if made_with != own:
+        here = ", ".join(f"{name} {number}" for name, number in own.items())
         there = ", ".join(f"{name} {number}" for name, number in made_with.items())
         raise InputError(f"a worker of the cluster has {here}; the same numbers come only from {there}")
     return alone(function, task)

@@ -108,5 +108,5 @@ def _numbered(task: tuple[int, Callable[[Any], Any], Any]) -> tuple[int, Any]:
 
 def alone(function: Callable[[Any], Any], task: Any) -> Any:
     """Return the result of a task, its sums added up by one thread: what every worker does."""
-    with one_thread():
+    with one_thread(clustering=False):
         return function(task)

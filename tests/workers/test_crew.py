@@ -1,6 +1,9 @@
 """Crews of workers: the same results wherever tasks are worked out, in their order where that is wanted."""
 
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -83,3 +86,34 @@ def test_what_a_task_raises_is_raised():
 def test_a_worker_that_is_killed_is_told_of():
     with crew_of(2) as crew, pytest.raises(MavplanError, match=r"was killed, .*; run the same command again"):
         list(crew.results(os._exit, [1, 1, 1]))
+
+
+LATE = """
+from threadpoolctl import threadpool_info
+from mavplan.workers.crew import alone
+
+def task(_):
+    import sys
+    before = "sklearn.cluster" in sys.modules
+    from mavplan.planners.one_thread import one_thread
+    with one_thread():
+        return before, {pool["num_threads"] for pool in threadpool_info()}, len(threadpool_info())
+
+print(alone(task, 0))
+"""
+
+
+def test_a_task_that_clusters_is_added_up_by_one_thread_though_others_load_no_clustering():
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    output = subprocess.run(
+        [sys.executable, "-c", LATE],
+        cwd=Path(__file__).parents[2],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    before, threads, pools = eval(output)
+    assert not before
+    assert threads == {1}
+    assert pools >= 3
