@@ -14,6 +14,7 @@ from mavplan.errors import InputError, Problem
 from mavplan.expected import expected_flight
 from mavplan.geo import LocalPlane
 from mavplan.hover import Holds, hold_times
+from mavplan.idle_stops import without_idle_stops
 from mavplan.mission.autopilots import AUTOPILOTS, AutopilotRules
 from mavplan.mission.build import BuiltMission, build_mission
 from mavplan.mission.fence_check import flown_legs, mission_breaches
@@ -167,6 +168,8 @@ def plan_along(
     rules = AUTOPILOTS[vehicle.autopilot]
     plane = LocalPlane(home.lat_deg, home.lon_deg)
     back_m: Floats | None = None
+    if stored_holds is None:
+        trajectory = without_idle_stops(scenario, trajectory, rules)
     if scenario.no_fly is not None:
         trajectory, back_m = _round_zones(trajectory, scenario, scenario.no_fly, plane)
     over = None
