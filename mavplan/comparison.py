@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from mavplan.plan import Plan, make_plan
 from mavplan.planners import PLANNERS, WHOLE
 from mavplan.planners.cover import minimum_cover, minimum_pair_cover
+from mavplan.planners.index import joint_index
 from mavplan.scenario.model import Scenario
 
 BENCHMARK = "sbw"
@@ -127,7 +128,7 @@ def _row(plan: Plan, benchmark: Plan) -> Row:
         length_ratio=found.length_m / base.length_m if base.length_m else None,
         sum_rate_bit_s_hz=found.sum_rate_bit_s_hz,
         sum_rate_ratio=found.sum_rate_bit_s_hz / base.sum_rate_bit_s_hz if base.sum_rate_bit_s_hz else None,
-        joint_index=plan.joint_index,
+        joint_index=joint_index(found, base),
         hover_s=plan.holds.hover_s,
         mission_s=plan.forecast.mission_s,
         energy_wh=plan.forecast.used_wh,

@@ -170,6 +170,7 @@ def plan_along(
     back_m: Floats | None = None
     if stored_holds is None:
         trajectory = without_idle_stops(scenario, trajectory, rules)
+    undisturbed = trajectory
     if scenario.no_fly is not None:
         trajectory, back_m = _round_zones(trajectory, scenario, scenario.no_fly, plane)
     over = None
@@ -204,7 +205,7 @@ def plan_along(
     unrounded_s = expected.flight_s + float(holds.asked_s.sum())
     trajectory = replace(trajectory, bound=_of_mission(trajectory.bound, unrounded_s))
     benchmark = sbw(scenario.users, planning_channel(scenario))
-    index = joint_index(trajectory, benchmark)
+    index = joint_index(undisturbed, benchmark)
     links = None if over is None else over.links
     return Plan(scenario, rules, trajectory, holds, built, expected, index, links)
 

@@ -95,9 +95,9 @@ def _number(low: int, high: int) -> Callable[[str], int]:
     return read
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(prog: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="sitl_mock",
+        prog=prog,
         description="A mock autopilot: the vehicle's side of MAVLink missions, with the manners of ArduPilot or PX4.",
         epilog="example: --firmware ardupilot --conn tcpin:127.0.0.1:5760 --home 47.3977,8.5456,488\n\n"
         "faults, as in --fault drop=0.3,dup,reorder,delay=200ms:\n" + fault_help(),
@@ -180,7 +180,12 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: list[str] | None = None, watch: Callable[[Vehicle], Vehicle] = lambda vehicle: vehicle) -> int:
+def main(
+    argv: list[str] | None = None,
+    watch: Callable[[Vehicle], Vehicle] = lambda vehicle: vehicle,
+    *,
+    prog: str = "sitl_mock",
+) -> int:
     """Run the mock until it is told to stop; return the exit code.
 
     Parameters
@@ -189,9 +194,11 @@ def main(argv: list[str] | None = None, watch: Callable[[Vehicle], Vehicle] = la
         Arguments without the program's name; by default those of this process.
     watch
         Given the vehicle, returns what is put in its place: the same with somebody looking on.
+    prog
+        What it calls itself.
     """
     try:
-        arguments = _parser().parse_args(argv)
+        arguments = _parser(prog).parse_args(argv)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else 2
     firmware = FIRMWARES[arguments.firmware]
@@ -221,7 +228,7 @@ def main(argv: list[str] | None = None, watch: Callable[[Vehicle], Vehicle] = la
     try:
         endpoint = Endpoint(watch(vehicle), connections, arguments.speed)
     except EndpointError as wrong:
-        print(f"sitl_mock: {wrong}", file=sys.stderr)
+        print(f"{prog}: {wrong}", file=sys.stderr)
         return 2
     try:
         with contextlib.closing(endpoint), _ended_by_signals():
@@ -235,7 +242,7 @@ def main(argv: list[str] | None = None, watch: Callable[[Vehicle], Vehicle] = la
     except KeyboardInterrupt:
         return 0
     print(
-        f"sitl_mock: the simulated firmware crashed, as the real one does: {vehicle.killed_by}",
+        f"{prog}: the simulated firmware crashed, as the real one does: {vehicle.killed_by}",
         file=sys.stderr,
     )
     return 1

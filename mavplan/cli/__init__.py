@@ -176,8 +176,8 @@ def run(args: Sequence[str] | None = None) -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         return 130
-    except BrokenPipeError:
-        # Whoever read our output has gone; the interpreter must not complain about it once more at exit.
+    except (BrokenPipeError, SystemExit):
+        # Whoever read our output has gone (click then exits with 1); the interpreter must not complain once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return int(ExitCode.DONE)
     note("done", mode)

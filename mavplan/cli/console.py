@@ -219,6 +219,12 @@ def say(severity: str, message: str) -> None:
     click.echo(printable(message), err=True)
 
 
+def say_hint(message: str) -> None:
+    """Tell on standard error what may help."""
+    if not mode().quiet:
+        click.echo(f"hint: {printable(message)}", err=True)
+
+
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[int, int], None]]:
     """Give a function of (done, to do) that moves a progress bar on standard error, if that is a terminal.

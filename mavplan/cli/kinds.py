@@ -58,13 +58,20 @@ class Files(click.Path):
 
 
 class Planner(click.ParamType[str]):
-    """The name of a planner; whether there is such a one the planners say."""
+    """The name of a planner."""
 
     name = "NAME"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the name."""
-        return str(value)
+        """Return the name, if there is such a planner."""
+        name = str(value)
+        if name not in PLANNER_NAMES:
+            from difflib import get_close_matches
+
+            near = get_close_matches(name, PLANNER_NAMES, 1)
+            like = f"did you mean {near[0]}?" if near else f"known are {', '.join(PLANNER_NAMES)}"
+            self.fail(f"there is no planner {name!r}: {like}", param, ctx)
+        return name
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str

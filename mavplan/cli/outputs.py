@@ -19,6 +19,12 @@ from mavplan.stored_plan import parse_plan
 def check_outputs(paths: Sequence[Path]) -> None:
     """Raise an `InputError` for every path whose suffix says no format, before any work is done."""
     check_suffixes(paths, (*FORMATS, *MAPS, *PICTURES))
+    nowhere = [path for path in paths if not is_stdout(path) and not path.parent.is_dir()]
+    if nowhere:
+        raise InputError(
+            Problem(str(path), f"the folder {path.parent} does not exist: make it first", "no-folder")
+            for path in nowhere
+        )
     for path in paths:
         if path.suffix.lower() in PICTURES:
             check_picture(path)

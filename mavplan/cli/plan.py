@@ -192,7 +192,16 @@ def plan_command(
     mavplan plan scenario.toml --json | jq .mission_s
     mavplan plan - -o - --format geojson < scenario.toml
     """
-    from mavplan.cli.console import answer, note, progress, say_problems, tell, tell_next, tell_written
+    from mavplan.cli.console import (
+        answer,
+        note,
+        progress,
+        say_hint,
+        say_problems,
+        tell,
+        tell_next,
+        tell_written,
+    )
     from mavplan.cli.outputs import check_outputs, write_outputs
     from mavplan.cli.tables import print_items, print_plan
     from mavplan.formats import FORMATS
@@ -231,6 +240,10 @@ def plan_command(
         print_items(made)
         tell()
     tell_written(written)
+    if any(problem.code in {"mission-too-long", "mission-energy"} for problem in made.warnings):
+        say_hint(
+            "--sorties auto splits it among batteries, --vehicles N among vehicles, --planner time shortens it"
+        )
     answer(lambda: summary(made) | {"written": [str(path) for path in written]})
     mission = next((path for path in written if path.suffix.lower() in FORMATS), None)
     if mission is not None:

@@ -14,5 +14,5 @@ def sim_command(arguments: tuple[str, ...]) -> int:
     """Start a mock vehicle; the same as python -m sitl_mock."""
     from sitl_mock.__main__ import main
 
-    code: int = main(list(arguments))
+    code: int = main(list(arguments), prog="mavplan sim")
     return code

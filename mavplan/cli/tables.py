@@ -191,11 +191,11 @@ def _proved_length(bound: Bound | None, scenario: Scenario) -> str:
     if bound is None or bound.objective == "mission_s":
         return ""
     home = f", with the way home {bound.plan:,.0f} m" if bound.objective == "tour_m" else ""
-    proved = (
-        "proved the shortest"
-        if bound.proved
-        else f"at least {bound.bound:,.0f} m proved{_without(scenario)} (gap {bound.gap:.2%})"
-    )
+    proved = f"at least {bound.bound:,.0f} m proved{_without(scenario)} (gap {bound.gap:.2%})"
+    if bound.proved:
+        proved = "proved the shortest"
+    elif bound.bound <= 0:
+        proved = "nothing proved of how much is left"
     return f"{home}, {proved}"
 
 

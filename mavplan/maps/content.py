@@ -48,6 +48,7 @@ class MappedUser:
     stop: int
     d2d: bool
     mate: str
+    priority: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +161,7 @@ def _users(plan: "StoredPlan") -> Iterator[MappedUser]:
             int(plan.stop_of[n]) + 1,
             bool(plan.d2d[n]),
             users.names[mate] if mate >= 0 else "",
+            None if users.priority is None else float(users.priority[n]),
         )
 
 

@@ -12,7 +12,9 @@ def users_csv(content: PlanMap) -> str:
     """Return a line for each user; its columns are those that a users file has, and how it is served."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["name", "lat_deg", "lon_deg", "demand_mbit", "stop", "via", "mate"])
+    weighted = any(user.priority is not None for user in content.users)
+    priority = ["priority"] if weighted else []
+    writer.writerow(["name", "lat_deg", "lon_deg", "demand_mbit", *priority, "stop", "via", "mate"])
     for user in content.users:
         writer.writerow(
             [
@@ -20,6 +22,7 @@ def users_csv(content: PlanMap) -> str:
                 f"{user.lat_deg:.7f}",
                 f"{user.lon_deg:.7f}",
                 f"{user.demand_mbit:g}",
+                *([f"{1.0 if user.priority is None else user.priority:g}"] if weighted else []),
                 user.stop,
                 "d2d" if user.d2d else "air",
                 neutral(user.mate),

@@ -93,8 +93,9 @@ def _notes(found: PathBound, limits: Limits) -> tuple[Problem, ...]:
     """Return what to know where the search was cut off."""
     if found.proved or limits.seconds is None:
         return ()
+    left = f"{found.gap:.2%} of the length above what is proved" if found.gap < 1.0 else "nothing is proved"
     message = (
-        f"the search for the shortest path was cut off after {limits.seconds:g} s, {found.gap:.2%} of the length "
-        "above what is proved: another run may find another path"
+        f"the search for the shortest path was cut off after {limits.seconds:g} s, {left}: another run may find "
+        "another path"
     )
     return (Problem("[planner] time_limit_s", message, "not-proved", "warning"),)

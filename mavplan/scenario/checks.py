@@ -24,6 +24,8 @@ from mavplan.scenario.sections import (
 )
 from mavplan.scenario.users import FileUsers
 
+MANY = 3
+"""As many users that are all too far away are said to be so at once."""
 LEAST_WAY_M_S = 1.0
 """Against a wind that leaves less than this nobody should fly."""
 MAX_DISTANCE_M = 100_000.0
@@ -100,6 +102,7 @@ def check_distances(
     users: FileUsers,
     home: Home,
     reach: "Reach | None",
+    label: str,
     report: Report,
     vehicles: Sequence[FleetVehicle] = (),
 ) -> None:
@@ -109,6 +112,9 @@ def check_distances(
     The endurance reaches from the nearest of the homes of ``vehicles`` too.
     """
     far_m = _distance_m(users.lat_deg, users.lon_deg, home)
+    if len(far_m) >= MANY and (far_m > MAX_DISTANCE_M).all():
+        _all_are_far(far_m, f"at most {MAX_DISTANCE_M / 1000:,.0f} km is allowed", users, home, label, report)
+        return
     for i in np.flatnonzero(far_m > MAX_DISTANCE_M):
         message = (
             f"{users.names[i]} is {far_m[i] / 1000:,.1f} km from home; at most {MAX_DISTANCE_M / 1000:,.0f} km "
@@ -122,10 +128,29 @@ def check_distances(
         near_m = np.fmin(near_m, _distance_m(users.lat_deg, users.lon_deg, other))
     mate_m = np.where(users.mate == UNPAIRED, np.inf, near_m[users.mate])
     beyond = (np.fmin(near_m, mate_m) > reach.distance_m) & (far_m <= MAX_DISTANCE_M)
-    for i in np.flatnonzero(beyond):
+    if len(far_m) >= MANY and beyond.all():
+        _all_are_far(near_m, reach.reason, users, home, label, report)
+        return
+    for number, i in enumerate(np.flatnonzero(beyond)):
         nearest = "the nearest home" if len(vehicles) else "home"
-        message = f"{users.names[i]} is {near_m[i]:,.0f} m from {nearest}; {reach.reason}"
-        report.error(users.places[i], message, "beyond-endurance")
+        why = reach.reason if number == 0 else f"at most {reach.distance_m:,.0f} m can be reached, as said"
+        report.error(
+            users.places[i],
+            f"{users.names[i]} is {near_m[i]:,.0f} m from {nearest}; {why}",
+            "beyond-endurance",
+        )
+
+
+def _all_are_far(
+    far_m: NDArray[np.float64], why: str, users: FileUsers, home: Home, label: str, report: Report
+) -> None:
+    """Note once that everybody is too far away: then it is home that is wrong."""
+    least_km, most_km = far_m.min() / 1000, far_m.max() / 1000
+    message = (
+        f"all {len(far_m):,} users are {least_km:,.1f} to {most_km:,.1f} km from here; {why}: is home right?"
+        f"{swapped_hint(users.lat_deg[0], users.lon_deg[0], home)}"
+    )
+    report.error(f"{label}, [home]", message, "too-far")
 
 
 LEAST_APART_M = 0.5

@@ -44,6 +44,15 @@ from mavplan.scenario.validate import sound_values
 MAX_BYTES = 1024 * 1024
 """A ``scenario.toml`` larger than this is some other file."""
 
+_USERS = (
+    "holds users, not a scenario: name it in a scenario as users = \"…\"; 'mavplan init FOLDER' writes one"
+)
+_MISSION = "is a mission, not a scenario: 'mavplan check', 'export' and 'report' take it"
+NO_SCENARIO = dict.fromkeys(
+    (".csv", ".tsv", ".xlsx", ".geojson", ".kml", ".kmz", ".gpx"), _USERS
+) | dict.fromkeys((".plan", ".waypoints", ".json"), _MISSION)
+"""What to say of a file by whose suffix it is none."""
+
 
 def load_scenario(path: Path | str) -> Scenario:
     """Read a scenario and check all of it.
@@ -66,6 +75,9 @@ def load_scenario(path: Path | str) -> Scenario:
     """
     path = Path(path)
     report = Report()
+    if path.suffix.lower() in NO_SCENARIO and path.is_file():
+        report.error(str(path), NO_SCENARIO[path.suffix.lower()], "not-a-scenario")
+        report.raise_errors()
     return _read(read_text(path, str(path), MAX_BYTES, report), path.parent, str(path), report)
 
 
@@ -131,7 +143,7 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
             if sections.sound("radio", "vehicle", "service")
             else None
         )
-        check_distances(users, sections.home, reach, report, things.vehicles)
+        check_distances(users, sections.home, reach, label, report, things.vehicles)
         check_stops(things.stops, users, sections.home, label, report)
     report.raise_errors()
     if users is None or sections.home is None:
@@ -198,12 +210,25 @@ def _parse(text: str, label: str, report: Report) -> dict[str, Any] | None:
     except tomllib.TOMLDecodeError as error:
         message, line = str(error), ""
         if found := re.fullmatch(r"(.*) \(at line ([0-9]+), column ([0-9]+)\)", message, re.DOTALL):
-            message, line = f"{found[1]} (column {found[3]})", f", line {found[2]}"
+            written = text.splitlines()[int(found[2]) - 1 :][:1]
+            message = f"{found[1]} (column {found[3]}){_slip_in(written[0] if written else '')}"
+            line = f", line {found[2]}"
         report.error(f"{label}{line}", f"is not valid TOML: {_on_one_line(message)}", "syntax")
     except (ValueError, RecursionError) as error:
         # A number of thousands of digits, brackets nested without end.
         report.error(label, f"is not TOML that can be read: {_on_one_line(str(error))}", "syntax")
     return None
+
+
+def _slip_in(line: str) -> str:
+    """Return what a line that is no TOML probably meant."""
+    if found := re.search(r"=\s*([-+]?[0-9]+),([0-9]+)", line):
+        return f"; a decimal comma? write {found[1]}.{found[2]}"
+    if found := re.search(r"=\s*([-+]?[0-9][0-9_.]*)\s*([A-Za-z°%][^#]*)", line):
+        return f"; a number stands without its unit: write {found[1]}"
+    if re.search(r"=\s*[A-Za-z][^\"'\[\]{}]*$", line):
+        return "; a word stands in quotation marks"
+    return ""
 
 
 def _on_one_line(message: str) -> str:
@@ -230,13 +255,19 @@ def _users_path(data: dict[str, Any], folder: Path, label: str, report: Report) 
 
 def _note_unknown(data: dict[str, Any], label: str, report: Report) -> None:
     """Note keys at the top that nobody knows."""
-    for name in data:
+    for name, table in data.items():
         lists = ("rally", "no_fly", "vehicles", "stops")
         if name == "users" or name in lists or name in SECTIONS:
             continue
         known = ["users", *SECTIONS, *lists]
         message = f"is not known{_remedy(name, known, '')}"
         report.error(f"{label}, {key_name(name)}", message, "unknown-key")
+        like = nearest(name, list(SECTIONS))
+        if like and isinstance(table, dict):
+            for key in table:
+                if key not in keys_of(like):
+                    message = f"is not known{_remedy(key, list(keys_of(like)), like)}"
+                    report.error(f"{label}, [{key_name(name)}] {key_name(key)}", message, "unknown-key")
 
 
 def _remedy(name: str, known: list[str], section: str) -> str:

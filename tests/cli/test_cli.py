@@ -103,6 +103,7 @@ def test_a_reader_that_goes_away_is_no_fault(gallery, tmp_path):
     done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert "Traceback" not in done.stderr
     assert "BrokenPipe" not in done.stderr
+    assert done.returncode == 0
 
 
 def test_the_plan_as_json_is_one_object_whatever_is_warned_about(mavplan, gallery):

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +25,19 @@ def test_the_benchmark_is_one_and_every_index_is_that_of_its_ratios(compared):
         assert row["joint_index"] == pytest.approx(row["sum_rate_ratio"] / row["length_ratio"])
     assert rows["tloaik"]["length_m"] < rows["sbw"]["length_m"]
     assert rows["stoaik"]["d2d_users"] == rows["sbw"]["d2d_users"] == 0
+
+
+def test_the_benchmark_is_one_also_where_its_strips_go_round_a_zone(mavplan, gallery):
+    """Every planner's path is compared as it is flown."""
+    for name in ("scenario.toml", "users.csv"):
+        Path(name).write_bytes((gallery / "hppp60" / name).read_bytes())
+    with Path("scenario.toml").open("a") as file:
+        file.write("\n[[no_fly]]\nname = 'field'\ncircle = { lat_deg = 47.592, lon_deg = 21.137, radius_m = 200 }\n")
+    ran = mavplan("compare", "scenario.toml", "--clusters", "5", "--json")
+    assert ran.code == 0, ran.err
+    for row in json.loads(ran.out)["planners"]:
+        assert row["joint_index"] == pytest.approx(row["sum_rate_ratio"] / row["length_ratio"])
+    assert "index ρe 1.00 (benchmark SBW = 1)" in mavplan("plan", "scenario.toml", "--planner", "sbw").out
 
 
 def test_no_planner_uses_fewer_stops_than_are_proved_to_be_needed(compared):

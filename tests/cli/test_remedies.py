@@ -1,5 +1,6 @@
 """An error is followed by what may help, and by nothing where nothing is known."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -39,3 +40,24 @@ def test_where_nothing_is_known_nothing_is_said(mavplan, name):
     assert ran.code == 2
     assert "\x1b" not in ran.err
     assert "did you mean" not in ran.err
+
+
+def test_a_mission_beyond_the_battery_is_followed_by_the_ways_out(mavplan, gallery):
+    scenario = Path("scenario.toml")
+    text = (gallery / "valley/scenario.toml").read_text()
+    scenario.write_text(re.sub("battery_wh = .*", "battery_wh = 120.0", text))
+    Path("users.csv").write_bytes((gallery / "valley/users.csv").read_bytes())
+    ran = mavplan("plan", scenario)
+    assert ran.code == 0
+    assert "hint: --sorties auto splits it" in ran.err
+    assert "hint" not in mavplan("plan", gallery / "valley/scenario.toml").err
+
+
+def test_a_planner_that_there_is_not_and_a_folder_that_there_is_not_are_told_before_any_work(
+    mavplan, gallery
+):
+    valley = gallery / "valley/scenario.toml"
+    assert "there is no planner 'tim': did you mean time?" in mavplan("plan", valley, "--planner", "tim").err
+    ran = mavplan("plan", valley, "-o", "nowhere/x.plan", "-o", "there/y.png")
+    assert ran.code == 2
+    assert ran.err.count("does not exist: make it first") == 2

@@ -1,6 +1,7 @@
 """Maps of a plan: every place at its place, read back by other readers, and no name of a user does anything."""
 
 import csv
+import dataclasses
 import io
 import itertools
 import json
@@ -124,6 +125,15 @@ def test_the_table_is_a_users_file_again(valley):
     assert [float(row.cells["demand_mbit"]) for row in table.rows] == [
         user.demand_mbit for user in content.users
     ]
+
+
+def test_the_table_keeps_priorities_where_there_are_any(valley):
+    _, content = valley
+    assert "priority" not in MAPS[".csv"](content).splitlines()[0]
+    first, *others = content.users
+    weighted = dataclasses.replace(content, users=(dataclasses.replace(first, priority=3.5), *others))
+    rows = read_csv(MAPS[".csv"](weighted), "x.csv", Report()).rows
+    assert [float(row.cells["priority"]) for row in rows] == [3.5, *(1.0 for _ in others)]
 
 
 def test_fence_and_rally_points_are_on_the_maps_that_have_areas():

@@ -263,6 +263,54 @@ def test_a_mate_within_reach_is_enough(desk):
     assert desk.only_problem(users, toml + "[d2d]\nmatching = 'none'\n")[0] == "beyond-endurance"
 
 
+@pytest.mark.parametrize(
+    ("lat_deg", "vehicle", "words"),
+    [
+        (48.5, "", "all 4 users are 222.4 to 222.7 km from here; at most 100 km is allowed: is home right?"),
+        (
+            46.9,
+            "endurance_s = 500",
+            "all 4 users are 44.5 to 44.8 km from here; [vehicle] endurance_s = 500 less",
+        ),
+    ],
+)
+def test_where_everybody_is_too_far_home_is_asked_about_once(desk, lat_deg, vehicle, words):
+    rows = "".join(f"u{i},{lat_deg + i / 1000},7.5\n" for i in range(4))
+    code, text = desk.only_problem(f"name,lat_deg,lon_deg\n{rows}", f"[vehicle]\n{vehicle}\n")
+    assert code == "too-far"
+    assert text.startswith(f"scenario.toml, [home]: {words}")
+
+
+def test_keys_in_a_misspelt_table_are_looked_at_too(desk):
+    found = [text for _, text in desk.problems(OK, "[vehicel]\nendurence_s = 5\nspeed_m_s = 8\n")]
+    assert found == [
+        "scenario.toml, vehicel: is not known; nearest is vehicle",
+        "scenario.toml, [vehicel] endurence_s: is not known; nearest is endurance_s",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("altitude_m = 47,3080", "a decimal comma? write 47.3080"),
+        ("altitude_m = 100 m", "a number stands without its unit: write 100"),
+        ("altitude_m = 100m # above home", "a number stands without its unit: write 100"),
+        ("end = rtl", "a word stands in quotation marks"),
+    ],
+)
+def test_a_slip_that_is_no_toml_is_told_in_words(desk, line, words):
+    code, text = desk.only_problem(OK, f"[vehicle]\n{line}\n")
+    assert code == "syntax"
+    assert text.endswith(f"; {words}")
+
+
+@pytest.mark.parametrize(("name", "words"), [("u.kml", "holds users"), ("m.plan", "is a mission")])
+def test_another_kind_of_file_is_told_for_what_it_is(tmp_path, name, words):
+    (tmp_path / name).write_text("<kml/>")
+    with pytest.raises(InputError, match=f"{words}, not a scenario"):
+        load_scenario(tmp_path / name)
+
+
 def test_all_faults_of_both_files_come_in_one_report(desk):
     """Ten faults, ten sentences, one error."""
     found = desk.problems(
