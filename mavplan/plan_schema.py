@@ -17,6 +17,7 @@ from mavplan.formats.beside import SUFFIX
 from mavplan.mission.geofence import Fence, RallyPoint
 from mavplan.mission.model import Autopilot
 from mavplan.plan_file import VERSION
+from mavplan.scenario.files import json_fault
 from mavplan.scenario.reference import SECTIONS
 from mavplan.scenario.report import Report, shown
 from mavplan.scenario.sections import (
@@ -201,7 +202,7 @@ def parse_file(text: str, label: str) -> tuple[PlanFile, Mapping[str, Any]]:
     try:
         data = json.loads(text, parse_constant=_no_number)
     except (ValueError, RecursionError) as error:
-        message = f"is not JSON that can be read: {error}"
+        message = f"is not JSON that can be read: {json_fault(error)}"
         raise InputError([Problem(label, message, "syntax")]) from error
     if not isinstance(data, dict) or data.get("format") != "mavplan":
         message = f"is no plan of mavplan; it is written beside each mission file, its name ends in {SUFFIX}"

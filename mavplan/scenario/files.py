@@ -69,6 +69,13 @@ def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
     return None
 
 
+def json_fault(error: Exception) -> str:
+    """Return why a text is no JSON, in words that do not name the program's insides."""
+    if isinstance(error, RecursionError):
+        return "it is nested too deep"
+    return "a number in it has thousands of digits" if "digits" in str(error) else str(error)
+
+
 def _encoding_problem(data: bytes, label: str, offset: int) -> Problem:
     """Return the problem of a file in another encoding, with the line of the first byte that is not UTF-8."""
     guess = "; it looks like UTF-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ""

@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from mavplan.scenario.files import json_fault
 from mavplan.scenario.report import Report, key_name, shown
 from mavplan.scenario.table import Row, Table
 
@@ -35,7 +36,7 @@ def read_geojson(text: str, label: str, report: Report) -> Table | None:
         return None
     except (ValueError, RecursionError) as error:
         # A number of thousands of digits, brackets nested without end.
-        report.error(label, f"is not JSON that can be read: {error}", "syntax")
+        report.error(label, f"is not JSON that can be read: {json_fault(error)}", "syntax")
         return None
     features = _features_of(root, label, report)
     if features is None:
@@ -56,7 +57,7 @@ def read_geojson(text: str, label: str, report: Report) -> Table | None:
             properties = {}
         columns.update(dict.fromkeys(properties))
         position = None
-        if _is_wgs84(feature, place, report):
+        if is_wgs84(feature, place, report):
             position = _position_of(feature.get("geometry"), place, report)
         rows.append(Row(number, properties, position))
     return Table(label, "feature", "property", tuple(columns), rows, has_geometry=True)
@@ -70,13 +71,13 @@ def _features_of(root: Any, label: str, report: Report) -> list[Any] | None:
         if not isinstance(root.get("features"), list):
             report.error(label, "its features are missing or no list", "not-geojson")
             return None
-        return root["features"] if _is_wgs84(root, label, report) else None
+        return root["features"] if is_wgs84(root, label, report) else None
     found = shown(root if kind is None else kind)
     report.error(label, f"found {found}; allowed is a FeatureCollection of points", "not-geojson")
     return None
 
 
-def _is_wgs84(holder: Mapping[str, Any], place: str, report: Report) -> bool:
+def is_wgs84(holder: Mapping[str, Any], place: str, report: Report) -> bool:
     """Return whether an object is in WGS84: says nothing of its reference system, or says so."""
     crs = holder.get("crs")
     if crs is None:
@@ -100,7 +101,7 @@ def _position_of(geometry: Any, place: str, report: Report) -> tuple[object, obj
         found = "has none" if geometry is None else f"found {shown(geometry)}"
         report.error(place, f"{found}; allowed is a Point", "geometry")
         return None
-    if not _is_wgs84(geometry, place, report):
+    if not is_wgs84(geometry, place, report):
         return None
     coordinates = _coordinates_of(geometry)
     if isinstance(coordinates, str):

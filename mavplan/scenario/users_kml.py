@@ -14,6 +14,8 @@ _SHAPES = frozenset(
     {"Point", "LineString", "LinearRing", "Polygon", "MultiGeometry", "Model", "Track", "MultiTrack"}
 )
 
+NETWORK_LINK = "has a NetworkLink, which takes places from elsewhere; save the places themselves in the file"
+
 _ZIP_FAULTS = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, ValueError, RuntimeError, EOFError)
 
 
@@ -37,10 +39,7 @@ def read_kml(data: bytes, label: str, report: Report) -> Table | None:
     noted = report.count
     for element in elements(data, frozenset({"Placemark", "NetworkLink"}), label, report):
         if local_name(element) == "NetworkLink":
-            message = (
-                "has a NetworkLink, which takes places from elsewhere; save the places themselves in the file"
-            )
-            report.error(label, message, "network-link")
+            report.error(label, NETWORK_LINK, "network-link")
             continue
         number = len(rows) + 1
         cells = _cells(element)

@@ -7,9 +7,11 @@ from xml.etree.ElementTree import Element
 
 from mavplan.geo import E7
 from mavplan.mission.geofence import FencePolygon, area_faults
-from mavplan.scenario.files import decode, read_bytes
+from mavplan.scenario.files import decode, json_fault, read_bytes
 from mavplan.scenario.kinds import Kind, kind_of
 from mavplan.scenario.report import Report, shown
+from mavplan.scenario.users_geojson import is_wgs84
+from mavplan.scenario.users_kml import NETWORK_LINK
 from mavplan.scenario.xml_reading import child, elements, local_name, text_of
 
 MAX_BYTES = 16 * 1024 * 1024
@@ -68,31 +70,44 @@ def _from_geojson(data: bytes, label: str, report: Report) -> list[tuple[str, Ri
     try:
         root = json.loads(text)
     except (ValueError, RecursionError) as error:
-        report.error(label, f"is not JSON that can be read: {error}", "syntax")
+        report.error(label, f"is not JSON that can be read: {json_fault(error)}", "syntax")
+        return []
+    if isinstance(root, dict) and not is_wgs84(root, label, report):
         return []
     features = root.get("features", [root]) if isinstance(root, dict) else []
     found: list[tuple[str, Ring]] = []
+    passed_over = 0
     for number, feature in enumerate(features if isinstance(features, list) else [], start=1):
         where = f"{label}, feature {number:,}"
         if not isinstance(feature, dict):
             report.error(where, f"found {shown(feature)}; allowed is a Feature", "not-geojson")
             continue
         geometry = feature.get("geometry", feature)
+        if not all(is_wgs84(part, where, report) for part in (feature, geometry) if isinstance(part, dict)):
+            continue
         properties = feature.get("properties")
         name = properties.get("name", "") if isinstance(properties, dict) else ""
         kind = geometry.get("type") if isinstance(geometry, dict) else None
-        polygons: Any = []
-        if kind == "Polygon":
-            polygons = [geometry.get("coordinates")]
-        elif kind == "MultiPolygon":
-            polygons = geometry.get("coordinates")
+        if kind == "GeometryCollection":
+            report.error(
+                where, "is a GeometryCollection; save its polygons as features of their own", "geometry"
+            )
+            continue
+        if kind not in ("Polygon", "MultiPolygon"):
+            passed_over += 1
+            continue
+        coordinates = geometry.get("coordinates")
+        polygons = [coordinates] if kind == "Polygon" else coordinates
         for rings in polygons if isinstance(polygons, list) else []:
             ring = _ring(rings[0]) if isinstance(rings, list) and rings else None
             if ring is None:
-                report.error(where, "its corners are not [longitude, latitude]", "geometry")
+                report.error(where, "its corners are not [longitude, latitude] in degrees", "geometry")
                 continue
             _note_holes(len(rings) - 1, where, report)
             found.append((str(name), ring))
+    if found and passed_over:
+        message = f"{passed_over:,} of its features are no polygons, and so no zones"
+        report.warning(label, message, "not-used")
     return found
 
 
@@ -113,13 +128,20 @@ def _ring(found: Any) -> Ring | None:
 
 def _from_kml(data: bytes, label: str, report: Report) -> list[tuple[str, Ring]]:
     found: list[tuple[str, Ring]] = []
-    for number, placemark in enumerate(elements(data, frozenset({"Placemark"}), label, report), start=1):
+    number = 0
+    for placemark in elements(data, frozenset({"Placemark", "NetworkLink"}), label, report):
+        if local_name(placemark) == "NetworkLink":
+            report.error(label, NETWORK_LINK, "network-link")
+            continue
+        number += 1
         where = f"{label}, placemark {number:,}"
         name = text_of(child(placemark, "name"))
         for polygon in (element for element in placemark.iter() if local_name(element) == "Polygon"):
             ring = _kml_ring(polygon)
             if ring is None:
-                report.error(where, "its corners are not longitude,latitude", "geometry")
+                report.error(
+                    where, "its corners are not longitude,latitude in degrees, three at least", "geometry"
+                )
                 continue
             _note_holes(sum(local_name(part) == "innerBoundaryIs" for part in polygon), where, report)
             found.append((name, ring))

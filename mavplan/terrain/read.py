@@ -158,8 +158,9 @@ def _mosaic(
                 report.error(str(path), refused.message, refused.code)
                 return None
             except (rasterio.errors.RasterioError, OSError, ValueError) as error:
-                words = "".join(c if c.isprintable() else " " for c in str(error))[:200]
-                report.error(str(path), f"cannot be read as terrain: {words}", "unreadable")
+                words = "".join(c if c.isprintable() else " " for c in str(error.__cause__ or error))[:200]
+                message = f"cannot be read as terrain, it is damaged or cut off: {words}"
+                report.error(str(path), message, "unreadable")
                 return None
     assert base is not None
     assert heights is not None
@@ -190,7 +191,7 @@ def _tile(path: Path, datum: str | None) -> _Tile:
         driver = "GTiff"
     elif path.suffix.lower() == ".hgt":
         driver = "SRTMHGT"
-        if not _HGT_NAME.match(path.name):
+        if not _HGT_NAME.fullmatch(path.name.partition(".")[0]):
             raise _UnusableError(
                 "says in its name which square it is, as N46E007.hgt; nothing else in it does", "hgt-name"
             )
