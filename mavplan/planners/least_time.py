@@ -79,18 +79,28 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
         alone=not gathers_speed,
     )
     search = TimeSearch(problem, setting.rng)
+
+    def until(share: float) -> Callable[[], bool]:
+        """Return what says whether less than this share of the time limit is used up, and tells how much."""
+
+        def goes_on() -> bool:
+            setting.tell_limits()
+            return limits.used(0) < share
+
+        return goes_on
+
     papers = list(_papers_stops(users, channel, setting))
     rounds = ROUNDS_IN_FLIGHT if problem.in_flight else ROUNDS
-    search.consider(papers, lambda: limits.used(0) < SEARCHED)
+    search.consider(papers, until(SEARCHED))
     for stops in _near_paths(users, channel, setting):
-        search.consider([stops], lambda: limits.used(0) < SEARCHED)
-    search.perturb(rounds, lambda: limits.used(0) < SEARCHED)
+        search.consider([stops], until(SEARCHED))
+    search.perturb(rounds, until(SEARCHED))
     case = TimeCase.of(
         users, channel, setting.vehicle, service, wind=setting.wind, in_flight=setting.in_flight
     )
-    bound = time_bound(problem, case, [search.best_m], lambda: limits.used(0) < BOUNDED)
-    search.consider([path for path in bound.paths if len(path)], lambda: limits.used(0) < 1.0, FROM_BOUND)
-    search.perturb(rounds, lambda: limits.used(0) < 1.0)
+    bound = time_bound(problem, case, [search.best_m], until(BOUNDED))
+    search.consider([path for path in bound.paths if len(path)], until(1.0), FROM_BOUND)
+    search.perturb(rounds, until(1.0))
     stops = _truly_best(problem, users, [_with_all_reached(problem, search.best_m), *papers])
     beside = _bound(problem, stops, bound, case)
     return _through(users, channel, stops, _notes(beside, limits), beside)
@@ -125,6 +135,7 @@ def _papers_stops(users: Users, channel: Channel, setting: Setting) -> Iterator[
     places = distinct_places(users)
     for clusters in setting.tried or candidate_clusters(users, channel.radius_m):
         for planner in PAPERS:
+            setting.tell_limits()
             rng = np.random.default_rng([setting.seed, min(clusters, places)])
             yield planner(users, channel, Setting(clusters, rng, setting.solver)).stops_m
 
@@ -133,6 +144,7 @@ def _near_paths(users: Users, channel: Channel, setting: Setting) -> Iterator[Fl
     """Yield the points of short paths that come near everybody."""
     returns = setting.vehicle.end == "rtl"
     for part in NEARER:
+        setting.tell_limits()
         problem = path_problem(users.xy_m, part * channel.radius_m, returns=returns, mate=users.mate)
         limits = Limits(seconds=_left_s(setting.limits), nodes=PATH_NODES)
         points = shortest_path(
