@@ -121,7 +121,9 @@ def answer_failure(error: Exception, code: ExitCode) -> None:
     """Print the one object for scripts where a command ended before it had one."""
     problems = error.problems if isinstance(error, InputError) else ()
     message = error.format_message() if isinstance(error, click.ClickException) else str(error)
+    warnings = [str(problem) for problem in mode().said if problem.severity == "warning"]
     told = {
+        "warnings": warnings,
         "outcome": code.name.lower(),
         "exit_code": int(code),
         "message": message,

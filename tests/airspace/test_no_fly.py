@@ -14,10 +14,12 @@ from mavplan.airspace.routes import Routes
 from mavplan.airspace.zones import TURN_CLEARANCE_M, keep_out
 from mavplan.errors import InputError
 from mavplan.geo import LocalPlane
+from mavplan.hover import broadcast_rates
 from mavplan.mission.fence_check import mission_breaches
 from mavplan.mission.geofence import Fence, FenceCircle, FencePolygon
 from mavplan.mission.model import Command
 from mavplan.plan import make_plan
+from mavplan.radio import planning_channel
 from tests.support import HOME, make_scenario, user_fields
 
 PLANE = LocalPlane(HOME.lat_deg, HOME.lon_deg)
@@ -98,23 +100,54 @@ def zones(draw):
     st.sampled_from(["ardupilot", "px4"]),
 )
 def test_no_stop_and_no_leg_is_ever_in_a_zone(users, zones, planner, end, autopilot):
+    scenario = make_scenario([[0, 0]], planner=planner, end=end, autopilot=autopilot)
+    clear_plan(replace(scenario, users=users), zones)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    user_fields(5),
+    zones(),
+    st.sampled_from(["length", "time"]),
+    st.sampled_from(["rtl", "stay"]),
+    st.booleans(),
+)
+def test_nor_is_any_of_the_planners_that_search(users, zones, planner, end, in_flight):
+    scenario = make_scenario([[0, 0]], planner=planner, end=end)
+    options = replace(scenario.planner, time_limit_s=0.2)
+    service = replace(scenario.service, in_flight=in_flight)
+    plan = clear_plan(replace(scenario, users=users, planner=options, service=service), zones)
+    if plan is None:
+        return
+    channel, d2d = planning_channel(plan.scenario), plan.trajectory.assignment.d2d
+    got_bit = broadcast_rates(users, plan.trajectory.stops_m, channel) @ plan.holds.asked_s
+    if plan.holds.in_flight_bit is not None:
+        got_bit += plan.holds.in_flight_bit
+    assert (got_bit[~d2d] >= users.demand_bit[~d2d] * (1 - 1e-6)).all()
+    bound = plan.trajectory.bound
+    assert bound is not None
+    assert bound.bound <= bound.plan * (1 + 1e-9)
+
+
+def clear_plan(scenario, zones):
+    """The plan round the zones, held against shapely and the fence's own check; None where there is none."""
     shapes = list(bare_shapes(zones))
     assume(all(shape.is_valid for shape in shapes))
     assume(all(shape.distance(shapely.Point(0, 0)) > 40 for shape in shapes))
-    scenario = replace(make_scenario([[0, 0]], planner=planner, end=end, autopilot=autopilot), users=users)
     plan, codes = planned(with_zones(scenario, *zones))
     assert codes <= {"no-allowed-place", "no-way"}
     if plan is None:
-        return
+        return None
     path = flown(plan.built.mission)
     legs = shapely.linestrings(np.stack([path[:-1], path[1:]], axis=1))
     for shape in shapes:
         assert shapely.distance(shape, legs).min() >= MARGIN_M - 0.01
     assert plan.trajectory.assignment.served.all()
-    if end == "rtl":
+    if scenario.vehicle.end == "rtl":
         assert plan.built.mission.items[-1].command == Command.NAV_LAND
         assert np.abs(path[-1]).max() < 0.02
     assert mission_breaches(plan.built.mission, margin_m=MARGIN_M) == []
+    return plan
 
 
 def test_a_way_round_a_box_turns_at_its_two_near_corners():

@@ -32,7 +32,9 @@ def test_the_benchmark_is_one_also_where_its_strips_go_round_a_zone(mavplan, gal
     for name in ("scenario.toml", "users.csv"):
         Path(name).write_bytes((gallery / "hppp60" / name).read_bytes())
     with Path("scenario.toml").open("a") as file:
-        file.write("\n[[no_fly]]\nname = 'field'\ncircle = { lat_deg = 47.592, lon_deg = 21.137, radius_m = 200 }\n")
+        file.write(
+            "\n[[no_fly]]\nname = 'field'\ncircle = { lat_deg = 47.592, lon_deg = 21.137, radius_m = 200 }\n"
+        )
     ran = mavplan("compare", "scenario.toml", "--clusters", "5", "--json")
     assert ran.code == 0, ran.err
     for row in json.loads(ran.out)["planners"]:
