@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavplan.errors import InputError
-from mavplan.hover import broadcast_rates, demand_on_air, hold_times, least_broadcast_holds
+from mavplan.hover import broadcast_rates, demand_on_air, hold_times, least_broadcast_holds, near_rates
 from mavplan.mission.autopilots import ARDUPILOT, AUTOPILOTS, PX4
 from mavplan.planners import plan_trajectory
-from mavplan.radio import Channel
+from mavplan.radio import Channel, planning_channel
 from mavplan.scenario import Scenario, Vehicle
 from tests.support import make_scenario, user_fields
 
@@ -125,3 +125,15 @@ def test_a_higher_vehicle_hovers_longer():
     higher = Scenario(scenario.home, scenario.users, vehicle=Vehicle(altitude_m=300.0))
     low, high = (hold_times(s, trajectory, PX4).hover_s for s in (scenario, higher))
     assert high > low
+
+
+@given(user_fields(), st.integers(0, 10**6))
+def test_near_rates_are_those_of_all_pairs(users, seed):
+    scenario = make_scenario(users.xy_m)
+    channel = planning_channel(scenario)
+    stops_m = np.random.default_rng(seed).uniform(-3000, 3000, (9, 2))
+    edge_m = users.xy_m[:1] + np.array([channel.radius_m, 0.0])
+    stops_m = np.vstack([stops_m, users.xy_m[:2], edge_m])
+    found = near_rates(users, stops_m, channel)
+    np.testing.assert_allclose(found.toarray(), broadcast_rates(users, stops_m, channel), rtol=1e-12)
+    assert found.has_sorted_indices
