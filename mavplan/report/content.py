@@ -1,7 +1,7 @@
 """What a report shows of a plan, as plain values: rows of stops, users and mission items, and the flight over time."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from mavplan.geo import LocalPlane
 from mavplan.hover import broadcast_rates
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.forecast import Forecast
-from mavplan.mission.geofence import FenceCircle
+from mavplan.mission.geofence import FenceCircle, FencePolygon
 from mavplan.mission.model import Command, Mission
 from mavplan.mission.sendable import command_name
 from mavplan.proof.receive import rates_bit_s
@@ -227,7 +227,7 @@ def report_content(
         users=tuple(_users(plan, own.to_xy_m(*stops_deg), channel, plane)),
         pairs=tuple((n, int(m)) for n, m in enumerate(mates) if m != UNPAIRED and n < m),
         items=tuple(_items(mission, plan, expected, home_items)),
-        areas=tuple(_areas(mission, plane)),
+        areas=tuple(_areas(mission, plane, _names(plan))),
         profile=tuple(_profile(mission, expected)),
         ground=tuple(_ground(plan, expected)),
         flight_s=expected.flight_s,
@@ -380,8 +380,22 @@ def _items(mission: Mission, plan: "StoredPlan", expected: Forecast, home_items:
         )
 
 
-def _areas(mission: Mission, plane: LocalPlane) -> Iterator[Area]:
-    for label, area in mission.fence.labelled() if mission.fence else ():
+def _key(area: FencePolygon | FenceCircle) -> tuple[object, ...]:
+    """Return what is the same of an area before and behind a file, which keeps no names."""
+    if isinstance(area, FenceCircle):
+        return area.lat_e7, area.lon_e7, round(area.radius_m, 2)
+    return area.vertices_e7
+
+
+def _names(plan: "StoredPlan") -> dict[tuple[object, ...], str]:
+    """Return what the scenario calls the areas of its fence and its no-fly zones."""
+    fences = [fence for fence in (plan.scenario.fence, plan.scenario.no_fly) if fence is not None]
+    return {_key(area): area.name for fence in fences for _, area in fence.labelled() if area.name}
+
+
+def _areas(mission: Mission, plane: LocalPlane, names: Mapping[tuple[object, ...], str]) -> Iterator[Area]:
+    for numbered, area in mission.fence.labelled() if mission.fence else ():
+        label = names.get(_key(area), numbered)
         if isinstance(area, FenceCircle):
             centre = plane.to_xy_m([area.lat_e7 / 1e7], [area.lon_e7 / 1e7])
             yield Area(label, area.inclusion, _points(centre), area.radius_m)

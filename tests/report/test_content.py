@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mavplan.bounds import Bound
+from mavplan.formats import plan as plan_format
 from mavplan.geo import LocalPlane
 from mavplan.hover import hold_times
 from mavplan.mission.autopilots import AUTOPILOTS
@@ -138,6 +139,14 @@ def test_the_way_home_round_a_zone_is_not_counted_as_the_planners_path():
     assert content.back_m > np.linalg.norm(plan.trajectory.path_m[-1])
     assert [area.label for area in content.areas if not area.inclusion] == ["lake"]
     assert any("lake: a failsafe's return flies straight" in text for text in content.warnings)
+
+
+def test_zones_keep_the_scenarios_names_behind_a_file_that_has_none():
+    plan, _ = report_of(with_zones(make_scenario([[0, 2000]]), box(-300, 500, 200, 900, "lake")))
+    read_back = plan_format.loads(plan_format.dumps(plan.built.mission), "x.plan")
+    assert [area.name for area in read_back.fence.polygons] == [""]
+    content = report_content(read_back, parse_plan(dumps(plan), "x"), "x")
+    assert [area.label for area in content.areas] == ["lake"]
 
 
 def test_vehicles_with_homes_of_their_own_stand_on_one_map(valley):
