@@ -39,3 +39,16 @@ def test_an_example_in_python_runs_as_it_stands(example, says, writes, tmp_path)
     assert re.fullmatch(says, done.stdout)
     if writes:
         assert (tmp_path / writes).stat().st_size > 500
+
+
+def test_links_of_the_readme_and_the_pages_lead_to_files():
+    broken = []
+    for page in [
+        ROOT / "README.md",
+        *sorted((ROOT / "docs").rglob("*.md")),
+        *sorted((ROOT / "missions").rglob("*.md")),
+    ]:
+        for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
+            if not re.match(r"[a-z]+:|#", target) and not (page.parent / target.partition("#")[0]).exists():
+                broken.append(f"{page.relative_to(ROOT)}: {target}")
+    assert broken == []

@@ -19,6 +19,7 @@ from mavplan.cli.console import (
     say_problems,
     stopwatch,
     tell,
+    tell_next,
     tell_written,
 )
 from mavplan.cli.outputs import prepared
@@ -26,6 +27,7 @@ from mavplan.cli.streams import is_stdout
 from mavplan.cli.tables import altitude_line, print_items, print_plan
 from mavplan.errors import InputError, Problem
 from mavplan.fleet.make import longest_s
+from mavplan.formats import FORMATS
 from mavplan.formats.atomic import write_all
 from mavplan.plan import Plan
 from mavplan.plan_file import summary
@@ -78,6 +80,7 @@ def fly_sorties(
     answer(
         _answer(made.plans, suffixes, outputs, made.not_served) | {"written": [str(path) for path in written]}
     )
+    _tell_report(outputs[0], suffixes)
 
 
 def fly_fleet(
@@ -130,6 +133,14 @@ def fly_fleet(
     _print_items(made.plans, suffixes, items=items)
     tell_written(written)
     answer(_answer(made.plans, suffixes, outputs, ()) | {"written": [str(path) for path in written]})
+    _tell_report(outputs[0], suffixes)
+
+
+def _tell_report(first: Path, suffixes: Sequence[str]) -> None:
+    """Tell how all flights are looked at together, where their first files are missions."""
+    if first.suffix.lower() in FORMATS:
+        files = [_named(first, suffix) for suffix in suffixes]
+        tell_next("mavplan", "report", *files, why="as one page to look at")
 
 
 def print_flights(kind: str, plans: Sequence[Plan], files: Sequence[Path]) -> None:

@@ -195,6 +195,7 @@ def test_what_comes_next_is_told_on_a_terminal_only(mavplan, gallery, monkeypatc
     assert "next:" not in mavplan("plan", scenario).out
     monkeypatch.setattr(console, "is_terminal", lambda stream: True)
     assert "next: mavplan check 'my valley.plan'" in mavplan("plan", scenario, "-o", "my valley.plan").out
+    assert "next: mavplan report f-1.plan" in mavplan("plan", scenario, "--vehicles", "2", "-o", "f.plan").out
     assert "next:" not in mavplan("plan", scenario, "--quiet").out
     assert "next:" not in mavplan("plan", scenario, "--json").out
 
