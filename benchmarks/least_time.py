@@ -56,7 +56,7 @@ WANTED = {
 }
 """Megabits a user, in-flight service: ratio to the paper's planners, and gap at 16 users, that are wanted at most."""
 
-MEASURED = ("planners", "bounds", "mission", "scenario", "hover.py", "hppp.py", "inflight.py", "radio.py")
+MEASURED = ("planners", "bounds", "mission", "hover.py", "hppp.py", "inflight.py", "radio.py")
 """What in the package the figures depend on."""
 
 SAME_S = 1e-6
