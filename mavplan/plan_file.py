@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mavplan.bounds import Bound, Progress
+from mavplan.mission.model import Command
 from mavplan.plan import Plan
 from mavplan.plan_forecast import forecast_object
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
@@ -121,6 +122,7 @@ def document(plan: Plan, progress: Progress | None = None) -> dict[str, Any]:
         "clusters": plan.trajectory.clusters,
         "asked_hold_s": [round(seconds, 6) for seconds in plan.holds.asked_s.tolist()],
         "stop_items": [{"first": item.first, "hold": item.hold} for item in plan.built.stop_items],
+        **_turns(plan),
         "schedule": [
             {
                 "stop": slot.stop,
@@ -137,6 +139,17 @@ def document(plan: Plan, progress: Progress | None = None) -> dict[str, Any]:
         "warnings": [str(problem) for problem in plan.warnings],
         **({} if certificate is None else {"certificate": certificate}),
     }
+
+
+def _turns(plan: Plan) -> dict[str, Any]:
+    """Return the places that are only turned at, behind the last stop those of the way home; nothing where none are."""
+    of_stops = {index for stop in plan.built.stop_items for index in range(stop.first, stop.hold + 1)}
+    turns = [
+        {"item": index, "lat_deg": item.lat_deg, "lon_deg": item.lon_deg}
+        for index, item in enumerate(plan.built.mission.items)
+        if item.command == Command.NAV_WAYPOINT and index not in of_stops
+    ]
+    return {"turns": turns} if turns else {}
 
 
 def _ground(plan: Plan, terrain: Terrain) -> list[dict[str, Any]]:

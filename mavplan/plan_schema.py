@@ -80,6 +80,15 @@ class FileItems:
 
 
 @checked_dataclass(frozen=True, config=_CHECKED)
+class FileTurn:
+    """A place that is only turned at, by its item."""
+
+    item: _Index
+    lat_deg: LatDeg
+    lon_deg: LonDeg
+
+
+@checked_dataclass(frozen=True, config=_CHECKED)
 class FileSlot:
     """A turn of a TDMA schedule."""
 
@@ -180,6 +189,7 @@ class PlanFile:
     bound: FileBound | None = None
     certificate: Any = None
     ground: list[FileGround] = field(default_factory=list)
+    turns: list[FileTurn] = field(default_factory=list)
     part: FilePart | None = None
     scenario_sha256: str = ""
     length_m: Annotated[float, Field(ge=0)] | None = None

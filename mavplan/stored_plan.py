@@ -53,6 +53,15 @@ class PlannedStop:
     name: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A place that is only turned at: degrees, and its item as in `PlannedStop`."""
+
+    item: int
+    lat_deg: float
+    lon_deg: float
+
+
 @dataclass(frozen=True, eq=False)
 class StoredPlan:
     """A plan as its file holds it. N users, M stops in flying order.
@@ -91,6 +100,8 @@ class StoredPlan:
         (N, M) whether the ground hides each user from each stop; None over a plane.
     ground
         The ground above home under the way to items, by their index, at even distances; empty over a plane.
+    turns
+        Where it turns between stops, and behind the last one on its way home; empty where the file does not say.
     part
         Which of several flights it is; None where it is the only one.
     length_m, sum_rate_bit_s_hz, joint_index
@@ -123,6 +134,7 @@ class StoredPlan:
     user_rel_m: Floats | None = None
     hidden: Bools | None = None
     ground: Mapping[int, Floats] = field(default_factory=dict)
+    turns: tuple[Turn, ...] = ()
     part: Part | None = None
     in_flight_bit: Floats | None = None
     length_m: float | None = None
@@ -225,6 +237,7 @@ def _plan(file: PlanFile, label: str, vehicle: Mapping[str, Any]) -> StoredPlan:
         vehicle=vehicle,
         user_rel_m=_heights(file),
         hidden=_hidden(file),
+        turns=tuple(Turn(turn.item, turn.lat_deg, turn.lon_deg) for turn in file.turns),
         part=_part(file),
         in_flight_bit=_in_flight_bit(file),
         length_m=file.length_m,

@@ -46,7 +46,7 @@ def compare_command(
     """
     from mavplan.cli.console import answer, progress, say_problems, tell_next, tell_written
     from mavplan.comparison import compare
-    from mavplan.figures.files import check_picture, draw_comparison
+    from mavplan.figures.files import check_picture, draw_comparison, plan_names
     from mavplan.formats.atomic import atomic_write
 
     if picture is not None:
@@ -56,7 +56,7 @@ def compare_command(
         found = compare(loaded, tell)
     if picture is not None:
         atomic_write(picture, draw_comparison(found, picture))
-    say_problems(loaded.warnings)
+    say_problems([*loaded.warnings, *(plan_names([loaded]) if picture is not None else ())])
     print_comparison(found)
     written = [] if picture is None else [picture]
     if written:

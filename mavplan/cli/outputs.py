@@ -7,7 +7,7 @@ from pathlib import Path
 from mavplan.bounds import Progress
 from mavplan.cli.streams import STEM, is_stdout, write_outputs_of
 from mavplan.errors import InputError, Problem
-from mavplan.figures.files import PICTURES, check_picture, draw_plan
+from mavplan.figures.files import PICTURES, check_picture, draw_plan, plan_names
 from mavplan.formats import FORMATS, format_of
 from mavplan.formats.beside import plan_path
 from mavplan.maps import MAPS, plan_map
@@ -52,11 +52,18 @@ def write_outputs(
 
     Returns
     -------
-    The files in the order in which they were asked for, and warnings of the formats.
+    The files in the order in which they were asked for, and warnings of the formats and pictures.
     """
     contents, warnings = prepared(plan, paths, progress)
     write_outputs_of(contents.items())
+    warnings += picture_warnings([plan], paths)
     return [path for path in contents if not is_stdout(path)], warnings
+
+
+def picture_warnings(plans: Sequence[Plan], paths: Sequence[Path]) -> tuple[Problem, ...]:
+    """Return one warning of the names that no font here can draw, where a picture is among the files."""
+    drawn = any(path.suffix.lower() in PICTURES for path in paths)
+    return plan_names(plan.scenario for plan in plans) if drawn else ()
 
 
 def prepared(

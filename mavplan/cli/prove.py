@@ -37,7 +37,7 @@ def prove_command(
     """
     from mavplan.cli.console import answer, note, progress, say_problems, tell_next, tell_written
     from mavplan.cli.proof_tables import print_proof, shortfall, to_json
-    from mavplan.figures.files import check_picture, draw_proof
+    from mavplan.figures.files import check_picture, draw_proof, proof_names
     from mavplan.formats.atomic import atomic_write
     from mavplan.proof.prove import prove
     from mavplan.stored_plan import read_plan
@@ -52,7 +52,7 @@ def prove_command(
     proof = prove(plan, flown, in_flight)
     if picture is not None:
         atomic_write(picture, draw_proof(proof, picture))
-    say_problems(proof.notes)
+    say_problems([*proof.notes, *(proof_names(proof) if picture is not None else ())])
     print_proof(proof)
     written = [] if picture is None else [picture]
     if written:

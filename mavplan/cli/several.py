@@ -22,7 +22,7 @@ from mavplan.cli.console import (
     tell_next,
     tell_written,
 )
-from mavplan.cli.outputs import prepared
+from mavplan.cli.outputs import picture_warnings, prepared
 from mavplan.cli.streams import is_stdout
 from mavplan.cli.tables import altitude_line, print_items, print_plan
 from mavplan.errors import InputError, Problem
@@ -225,6 +225,7 @@ def _write(
         warnings += noticed
     contents |= others
     write_all(contents.items())
+    warnings += picture_warnings(plans, outputs)
     return list(contents), warnings
 
 
