@@ -1,5 +1,6 @@
 """The documentation's examples run as they stand."""
 
+import os
 import re
 import subprocess
 import sys
@@ -52,3 +53,24 @@ def test_links_of_the_readme_and_the_pages_lead_to_files():
             if not re.match(r"[a-z]+:|#", target) and not (page.parent / target.partition("#")[0]).exists():
                 broken.append(f"{page.relative_to(ROOT)}: {target}")
     assert broken == []
+
+
+def test_the_examples_of_fleets_and_batteries_print_what_the_page_shows(tmp_path):
+    page = (ROOT / "docs/fleet.md").read_text("utf-8")
+    (tmp_path / "missions").symlink_to(ROOT / "missions")
+    commands = "\n".join(re.findall(r"```sh\n(.*?)```", page, re.DOTALL))
+    script = f'mavplan() {{ "{sys.executable}" -m mavplan "$@"; }}\nset -e\n{commands}'
+    done = subprocess.run(
+        ["bash", "-c", script],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=240,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == 0, done.stderr
+    tables = re.findall(r"```\n((?:vehicle|sortie) .*?)```", page, re.DOTALL)
+    assert len(tables) == 2
+    for table in tables:
+        assert table in done.stdout

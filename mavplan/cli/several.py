@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -59,9 +59,13 @@ def fly_sorties(
     if made.not_served:
         message = f"{_shortened(made.not_served)}: what the battery gives goes to others"
         left.append(Problem("not served", message, "not-served", "warning"))
-    say_problems([*(warning for plan in made.plans for warning in plan.warnings), *warnings, *left])
+    say_problems(
+        [*_warnings(made.plans, [_named(outputs[0], suffix) for suffix in suffixes]), *warnings, *left]
+    )
     if len(made.plans) == 1:
         print_plan(made.plans[0])
+        if made.rest is None:
+            tell("one sortie is enough")
     else:
         print_flights("sortie", made.plans, [_named(outputs[0], suffix) for suffix in suffixes])
         air = sum(plan.forecast.mission_s for plan in made.plans)
@@ -117,7 +121,9 @@ def fly_fleet(
         )
     suffixes = _numbers(made.plans)
     written, warnings = _write(made.plans, suffixes, outputs, {})
-    say_problems([*(warning for plan in made.plans for warning in plan.warnings), *warnings, *made.said])
+    say_problems(
+        [*_warnings(made.plans, [_named(outputs[0], suffix) for suffix in suffixes]), *warnings, *made.said]
+    )
     print_flights("vehicle", made.plans, [_named(outputs[0], suffix) for suffix in suffixes])
     rounds = max(1 if plan.part is None else plan.part.round for plan in made.plans)
     flying = len({1 if plan.part is None else plan.part.number for plan in made.plans})
@@ -203,6 +209,20 @@ def _numbers(plans: Sequence[Plan]) -> list[str]:
     if any(plan.part is not None and plan.part.rounds > 1 for plan in plans):
         return [f"-{plan.part.number}-{plan.part.round}" for plan in plans if plan.part is not None]
     return [""] if len(plans) == 1 else [f"-{number}" for number in range(1, len(plans) + 1)]
+
+
+def _warnings(plans: Sequence[Plan], names: Sequence[Path]) -> list[Problem]:
+    """Return what is to be known of all flights once, and what of some with the name of the flight's file."""
+    common = [warning for warning in plans[0].warnings if all(warning in plan.warnings for plan in plans)]
+    if len(plans) == 1:
+        return common
+    own = [
+        replace(warning, where=f"{name}, {warning.where}")
+        for plan, name in zip(plans, names, strict=True)
+        for warning in plan.warnings
+        if warning not in common
+    ]
+    return [*common, *own]
 
 
 def _named(path: Path, suffix: str) -> Path:

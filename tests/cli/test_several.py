@@ -110,3 +110,19 @@ def test_vehicles_whose_batteries_do_not_last_have_files_for_every_sortie(
     table = mavplan("plan", short_of_battery, "--vehicles", "2", "--sorties", "auto", "-o", "v.plan")
     assert "rounds" in table.out
     assert "v-1-1.plan" in table.out
+
+
+def test_a_warning_of_one_flight_names_it_and_one_of_all_comes_once(mavplan, gallery, tmp_path):
+    text = (gallery / "valley/scenario.toml").read_text("utf-8")
+    (tmp_path / "s.toml").write_text(text.replace("battery_wh = 222.0", "battery_wh = 105.0"))
+    (tmp_path / "users.csv").write_bytes((gallery / "valley/users.csv").read_bytes())
+    ran = mavplan("plan", "s.toml", "--vehicles", "2", "-o", "v.plan")
+    assert ran.code == 0, ran.err
+    lines = [line for line in ran.err.splitlines() if "battery gives 84.0 Wh" in line]
+    assert 1 <= len(lines) == len(set(lines)) <= 2
+    assert all(line.startswith("warning: v-") and ".plan, [vehicle] battery_wh" in line for line in lines)
+
+
+def test_one_sortie_that_is_enough_is_told(mavplan, gallery):
+    ran = mavplan("plan", gallery / "valley/scenario.toml", "--sorties", "auto", "-o", "v.plan")
+    assert "one sortie is enough" in ran.out
