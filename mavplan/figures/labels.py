@@ -1,5 +1,7 @@
 """Names beside their places, none over another: each where there is room, or left out where there is none.
 
+A name stands nearer to its own place than to any other, so that nobody takes it for a neighbour's.
+
 Labels take no part in the layout of a figure: they never make its axes smaller. They are put in place last, when the
 axes have their size.
 """
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 AROUND = ((1, 1), (1, 0), (1, -1), (-1, 1), (-1, 0), (-1, -1), (0, 1), (0, -1))
 """Where a name may stand, east and north of its place, in the order in which it is tried."""
 BELOW = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-1, 1))
-"""The same for the hold of a stop."""
+"""The same for the hold of a stop, which only other stops could be taken for the owner of."""
 ALIGNED: dict[int, Literal["left", "center", "right"]] = {1: "left", 0: "center", -1: "right"}
 DOT_PT = 3.0
 """Half the side of what a user's dot takes."""
@@ -90,10 +92,11 @@ class Labels:
         frame = np.array(self.ax.get_window_extent().extents)
         point = self.ax.figure.dpi / 72  # pixels
         numbers = np.array([_extents(number) for number in self.numbers]).reshape(-1, 4)
-        taken = list(numbers)
-        for places_m in self.dots_m:
-            middle = self.ax.transData.transform(places_m)
-            taken += list(np.hstack([middle - DOT_PT * point, middle + DOT_PT * point]))
+        stops = (numbers[:, :2] + numbers[:, 2:]) / 2
+        places_m = np.vstack([np.empty((0, 2)), *self.dots_m])
+        dots = self.ax.transData.transform(places_m).reshape(-1, 2)
+        half = DOT_PT * point
+        taken = [*numbers, *np.hstack([dots - half, dots + half])]
         boxes = np.array(taken).reshape(-1, 4)
         for label, away_pt, around in self.waiting:
             west, south, east, north = _extents(label)
@@ -105,7 +108,8 @@ class Labels:
                 centre = middle + np.array(side) * (away + size / 2)
                 box = np.hstack([centre - size / 2, centre + size / 2])
                 wide = box + GAP_PT * point * np.array([-1, -1, 1, 1])
-                if _inside(wide, frame) and not _covers(wide, boxes):
+                others = stops if around is BELOW else dots
+                if _inside(wide, frame) and not _covers(wide, boxes) and _belongs(box, middle, others):
                     label.set_position((side[0] * away / point, side[1] * (away + size[1] / 2) / point))
                     label.set_horizontalalignment(ALIGNED[side[0]])
                     boxes = np.vstack([boxes, box])
@@ -132,6 +136,13 @@ def _extents(label: "Annotation") -> Floats:
 
 def _inside(box: Floats, frame: Floats) -> bool:
     return bool((box[:2] >= frame[:2]).all() and (box[2:] <= frame[2:]).all())
+
+
+def _belongs(box: Floats, middle: Floats, others: Floats) -> bool:
+    """Return whether none of (K, 2) other places is nearer to a box than its own; a pixel is no difference."""
+    places = np.vstack([middle, others])
+    away = np.hypot(*(places - np.clip(places, box[:2], box[2:])).T)
+    return bool(away[0] <= away.min() + 1.0)
 
 
 def _covers(box: Floats, boxes: Floats) -> bool:

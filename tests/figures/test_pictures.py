@@ -171,6 +171,21 @@ def test_long_names_change_neither_a_maps_size_nor_its_place(crowd):
     assert long.axes[0].get_window_extent().width > 0.75 * width
 
 
+def test_every_name_stands_nearest_to_its_own_user(crowd):
+    (ax,) = plan_figure(make_plan(crowd)).axes
+    dots = ax.transData.transform(crowd.users.xy_m)
+    named_here = 0
+    for label in labels_of(ax)[0]:
+        if label.get_text() not in crowd.users.names:
+            continue
+        own = crowd.users.names.index(label.get_text())
+        (x0, y0), (x1, y1) = box_of(label).get_points()
+        away = np.hypot(*(dots - np.clip(dots, (x0, y0), (x1, y1))).T)
+        assert away[own] <= away.min() + 2.0, label.get_text()
+        named_here += 1
+    assert named_here >= 18
+
+
 def test_many_users_are_not_named():
     xy_m = np.random.default_rng(1).uniform(-900, 900, (60, 2))
     (ax,) = plan_figure(make_plan(make_scenario(xy_m, clusters=4))).axes
