@@ -19,15 +19,15 @@ from mavplan.scenario.model import Scenario
 def without_idle_stops(scenario: Scenario, trajectory: Trajectory, rules: AutopilotRules) -> Trajectory:
     """Return a trajectory without the stops that are nobody's and at which nothing is held for.
 
-    The path gets no longer by it and nobody's stop or link another one. All stops stay where users receive in flight,
-    over real ground, and in the benchmark; a pinned one always.
+    The path gets no longer by it and nobody's stop or link another one. All stops stay where users receive in flight
+    and in the benchmark; a pinned one always. Over real ground, users that a hill then hides get stops of their own.
 
     Raises
     ------
     InputError
         A hold is longer than the autopilot can store.
     """
-    if counts_in_flight(scenario) or scenario.terrain is not None or trajectory.planner == "sbw":
+    if counts_in_flight(scenario) or trajectory.planner == "sbw":
         return trajectory
     served = trajectory.assignment.stop
     idle = pins_of(scenario).at(trajectory.stops_m) == NO_PIN

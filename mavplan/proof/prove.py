@@ -72,7 +72,7 @@ def prove(plan: StoredPlan, track: Track, in_flight: bool | None = None) -> Proo
             holds, places_m, plan.stops, plan.arrivals_s or [None] * len(plan.stops), strict=True
         )
     )
-    odd = recognise(plan, track, stops, find_hovers(path), places_m, words, channel.radius_m)
+    odd = recognise(plan, track, stops, find_hovers(path), places_m, words, channel.radius_m, path.xy_m)
     received = _received(plan, path, spans, channel)
     if plan.user_rel_m is not None:
         received = replace(received, flight_bit=np.zeros(len(scenario.users)))

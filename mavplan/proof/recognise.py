@@ -17,6 +17,12 @@ LONG_S = 3.0
 ODD_M = 30.0
 """A stop at whose hold the vehicle was further from its place is odd: wind, or another plan."""
 
+FOREIGN_M = 100.0
+"""Two stops or more, each held further from its place than this, are another mission's: no gust strikes at all of them."""
+
+FOREIGN = 3
+"""As many long hovers at other places, and twice as many as at the plan's, are those of another mission."""
+
 MOST_NAMED = 8
 """Stops that one sentence names."""
 
@@ -29,6 +35,7 @@ def recognise(
     places_m: Floats,
     words: Sequence[ItemEvent],
     radius_m: float,
+    path_m: Floats,
 ) -> tuple[Problem, ...]:
     """Return what is odd about a flight as one of this plan.
 
@@ -44,13 +51,15 @@ def recognise(
         What it said about items, counted from 0 without home.
     radius_m
         Coverage radius.
+    path_m
+        (P, 2) where it flew, home being the origin.
 
     Raises
     ------
     InputError
         It is one of another plan.
     """
-    other = next(_other_plan(plan, stops, hovers, places_m, words, radius_m), None)
+    other = next(_other_plan(plan, stops, hovers, places_m, words, radius_m, path_m), None)
     if other is not None:
         message = f"is not a flight of {plan.label}: {other}"
         raise InputError([Problem(track.label, message, "other-plan"), *track.notes])
@@ -64,6 +73,7 @@ def _other_plan(
     places_m: Floats,
     words: Sequence[ItemEvent],
     radius_m: float,
+    path_m: Floats,
 ) -> Iterator[str]:
     """Yield why this is another plan's flight."""
     furthest = max((word.seq for word in words), default=0)
@@ -76,23 +86,37 @@ def _other_plan(
             f"of {len(held)} stops that it held none is within {radius_m:,.0f} m of the planned place "
             f"(the nearest is {nearest_m:,.0f} m away)"
         )
+    elif len(held) > 1 and all(stop.away_m > FOREIGN_M for stop in held):
+        yield f"all {len(held)} stops that it held were more than {FOREIGN_M:g} m from the planned places"
     at_m = np.array([(hover.x_m, hover.y_m) for hover in hovers]).reshape(-1, 2)
     to_stops_m = np.hypot(*(places_m[:, None, :] - at_m[None, :, :]).transpose(2, 0, 1))
+    away = [
+        hover
+        for number, hover in enumerate(hovers)
+        if hover.span.length_s >= LONG_S
+        and to_stops_m[:, number].min() > NEAR_M
+        and np.hypot(hover.x_m, hover.y_m) > NEAR_M
+    ]
     if not held:
-        away = [
-            hover
-            for number, hover in enumerate(hovers)
-            if hover.span.length_s >= LONG_S
-            and to_stops_m[:, number].min() > NEAR_M
-            and np.hypot(hover.x_m, hover.y_m) > NEAR_M
-        ]
         if away:
             yield f"it hovered {len(away)} times, never within {NEAR_M:g} m of a planned stop"
+        elif _flew_elsewhere(path_m, places_m, radius_m):
+            yield f"it flew beyond the first stop and never within {NEAR_M:g} m of any"
     elif not words:
+        if len(away) >= max(FOREIGN, 2 * len(held) + 1):
+            yield f"it hovered {len(away)} times elsewhere and at {len(held)} of the planned stops"
         # Stops that were hovered at, but not in the plan's order.
         passed = int((to_stops_m.min(axis=1, initial=np.inf) <= NEAR_M).sum())
         if 2 * len(held) <= passed and passed > 2:
             yield f"it hovered at {passed} of the planned stops, in another order"
+
+
+def _flew_elsewhere(path_m: Floats, places_m: Floats, radius_m: float) -> bool:
+    """Whether it flew farther than to the plan's first stop without coming near any: one broken off did not."""
+    if not len(places_m) or not len(path_m):
+        return False
+    nearest_m = min(float(np.hypot(*(path_m - place_m).T).min()) for place_m in places_m)
+    return nearest_m > NEAR_M and float(np.hypot(*path_m.T).max()) > np.hypot(*places_m[0]) + radius_m
 
 
 def _odd(plan: StoredPlan, track: Track, stops: Sequence[FlownStop]) -> Iterator[Problem]:

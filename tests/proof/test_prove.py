@@ -10,7 +10,7 @@ from mavplan.proof.prove import prove
 from mavplan.track.model import Span
 from mavplan.track.read import parse_track
 from tests.proof.plans import by_hand, flight_of, moved, places_m, stored
-from tests.track.logs import to_csv, to_tlog
+from tests.track.logs import fly, to_csv, to_tlog
 
 USERS = [(0, 500), (700, 900), (900, -300), (0, -700)]
 
@@ -146,6 +146,27 @@ def test_another_plans_flight_is_refused_by_its_places():
         to_csv(flight_of(other, holds_s=np.full(len(other.stops), 10.0)), reached=False), "x"
     )
     assert "x: is not a flight of x.mavplan.json: it hovered " in refused(plan, silent)
+
+
+def test_a_flight_that_held_mostly_elsewhere_is_refused_and_pauses_on_the_way_are_not():
+    """By its hovers alone: one of the planned stops is held, and four or one of nobody's places."""
+    plan = stored(USERS, demand_mbit=30.0)
+    others = np.array([[-800.0, 0.0], [-900.0, 600.0], [-1500.0, 0.0], [-600.0, -800.0]])
+    flown = np.vstack([others, places_m(plan)[:1]])
+    track = parse_track(to_csv(fly(flown, np.full(5, 9.0)), reached=False), "x")
+    assert "it hovered 4 times elsewhere and at 1 of the planned stops" in refused(plan, track)
+    paused = np.vstack([others[:1], places_m(plan)])
+    track = parse_track(to_csv(fly(paused, np.full(len(paused), 9.0)), reached=False), "x")
+    assert sum(stop.span is not None for stop in prove(plan, track).stops) == len(plan.stops)
+
+
+def test_a_flight_that_went_elsewhere_without_a_hold_is_refused_and_one_that_turned_back_is_not():
+    plan = stored(USERS, demand_mbit=30.0)
+    away = fly(np.array([[-3000.0, -3000.0]]), np.zeros(1))
+    assert "it flew beyond the first stop" in refused(plan, parse_track(to_csv(away, reached=False), "x"))
+    first_m = places_m(plan)[0]
+    back = fly(first_m[None] * 0.6, np.zeros(1))
+    assert not prove(plan, parse_track(to_csv(back, reached=False), "x")).met.any()
 
 
 def test_another_plans_flight_is_refused_by_its_items():
