@@ -101,7 +101,7 @@ def fly_command(
     mavplan fly valley.plan --conn udp:0.0.0.0:14550 --upload
     mavplan fly valley-2.plan --conn udp:0.0.0.0:14551 --upload --start-at 14:30:00
     """
-    from mavplan.cli.console import is_terminal, say_problems, tell_next
+    from mavplan.cli.console import is_terminal, mode, say_problems, tell_next
     from mavplan.cli.fly_console import FlyConsole
     from mavplan.cli.fly_setup import Setup, make_session, open_recording, read_flight
     from mavplan.flight.run import fly
@@ -131,7 +131,7 @@ def fly_command(
         min_battery_percent=min_battery_percent,
     )
     fleet = flight.part if is_one_of_a_fleet(flight.part) else None
-    console = FlyConsole(yes, start, fleet)
+    console = FlyConsole(yes, start, fleet, quiet=mode().quiet)
     with (
         open_recording(file, record_file, wanted=not no_record) as recording,
         open_link(endpoint, timeout_s, signing_key) as connection,

@@ -51,6 +51,8 @@ class FlyConsole:
         Which vehicle of a fleet it is, where it is one.
     clock
         Seconds since 1970.
+    quiet
+        Show nothing but what is asked.
     """
 
     def __init__(
@@ -59,6 +61,8 @@ class FlyConsole:
         start: Start | None = None,
         part: "Part | None" = None,
         clock: Callable[[], float] = time.time,
+        *,
+        quiet: bool = False,
     ) -> None:
         self.interrupted = False
         """It was ended by the person, or by a signal."""
@@ -66,6 +70,7 @@ class FlyConsole:
         self._start = start
         self._part = part
         self._clock = clock
+        self._quiet = quiet
         self._counting = False
         self._answers = Answers()
         self._terminal = is_terminal(sys.stderr)
@@ -116,20 +121,20 @@ class FlyConsole:
             self._ask_for_the_start(session, now)
         elif session.phase is Phase.FLYING and (self._asking_what_now or self._wants_to_say):
             self._ask_what_now(session, now)
-        elif self._terminal and now >= self._shown_at + SHOW_EVERY_S:
+        elif self._terminal and not self._quiet and now >= self._shown_at + SHOW_EVERY_S:
             self._shown_at = now
             self._show(session, now)
 
     def _see_steps(self, session: FlySession) -> None:
         """Take the steps of the transfers: on a terminal they move, elsewhere each kind is a line."""
         for step in session.events():
-            if step.phase not in self._steps_told and not self._terminal:
+            if step.phase not in self._steps_told and not self._terminal and not self._quiet:
                 click.echo(f"{step.phase} …", err=True)
             self._steps_told.add(step.phase)
             self._step = step
 
     def _see_news(self, session: FlySession) -> None:
-        news = session.news()
+        news = [] if self._quiet else session.news()
         if news and self._prompt_open:
             click.echo(err=True)
         for event in news:
@@ -160,8 +165,9 @@ class FlyConsole:
     def _ask_for_the_start(self, session: FlySession, now: float) -> None:
         if self._asking is None:
             self._stop_live()
-            stderr().print(checks_table(session.checks))
             self._asking = self._start_questions(session, now)
+            if self._asking or not self._quiet:
+                stderr().print(checks_table(session.checks))
             self._prompt(self._asking)
         if not self._asking:
             if self._is_time(session, now):
@@ -197,6 +203,8 @@ class FlyConsole:
 
     def _count_down(self, words: str, now: float) -> None:
         """Show how long it still waits: on a terminal it moves, elsewhere it is one line."""
+        if self._quiet:
+            return
         if not self._terminal:
             if not self._counting:
                 click.echo(words, err=True)
@@ -239,7 +247,7 @@ class FlyConsole:
             case "r":
                 session.order(Order.RETURN, now)
             case "g":
-                click.echo("it is left as it is", err=True)
+                self._print("it is left as it is")
             case _ if line == END_OF_INPUT:
                 self._leave(session, now, "nobody is there to answer")
             case _:

@@ -53,7 +53,7 @@ def start_question(title: str, picture: Picture | None) -> str:
     if picture is None:
         return f"Arm {title} and fly?"
     stops = counted(picture.stops, "stop")
-    return f"Arm {title} and fly {stops}, {counted(picture.items, 'item')}, about {clock(picture.left_s)}?"
+    return f"Arm {title} and fly {stops}, {counted(picture.items, 'item')}, about {clock(picture.left_s or 0.0)}?"
 
 
 def step_words(step: Progress) -> str:
@@ -81,7 +81,7 @@ def live(picture: Picture) -> "RenderableType":
         ProgressBar(total=max(1, picture.items), completed=picture.items_done, width=40),
         f"{picture.items_done} of {counted(picture.items, 'item')}",
         _minutes(picture.flight_s),
-        f"about {clock(picture.left_s)} left",
+        f"about {clock(picture.left_s)} left" if picture.left_s is not None else "",
     )
     lines: list[Any] = [bar, Text(printable(stop_words(picture)))]
     style = "red" if picture.silent_s > SILENT_S else ""
@@ -95,7 +95,9 @@ def stop_words(picture: Picture) -> str:
     """Return where it is among its stops, and who was served."""
     stop = picture.stop
     where = "on its way"
-    if stop is not None and picture.hold_left_s is not None:
+    if picture.follows:
+        where = f"does as you ordered: {picture.follows}"
+    elif stop is not None and picture.hold_left_s is not None:
         where = f"stop {stop.number} of {picture.stops}: holds, {picture.hold_left_s:.0f} s left{_for(stop.users)}"
     elif stop is not None:
         where = f"to stop {stop.number} of {picture.stops}{_for(stop.users)}"

@@ -139,7 +139,8 @@ def totals(proof: Proof) -> Iterator[str]:
     else:
         more = (forecast_s - proof.flight.flown_s) / proof.flight.flown_s
         off = f"{abs(more):.1%} {'more' if more > 0 else 'less'}"
-        yield f"flown {clock(proof.flight.flown_s)}, forecast {clock(forecast_s)} ({off})"
+        whole = f" ({off})" if held == len(proof.stops) else ""
+        yield f"flown {clock(proof.flight.flown_s)}, forecast {clock(forecast_s)}{whole}"
 
 
 def to_json(proof: Proof) -> dict[str, Any]:

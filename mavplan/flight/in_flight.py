@@ -76,6 +76,11 @@ class InFlight(Outbox):
         watching = self.watching
         return watching.ordered != "" and self._telemetry.mode_now in watching.order_modes
 
+    @property
+    def followed(self) -> str:
+        """The order that it follows in place of its mission, or empty."""
+        return self.watching.ordered if self.follows_an_order else ""
+
     def receive(self, message: Message, now: float) -> None:
         """Take a message of the link."""
         if self._order is not None:
@@ -85,7 +90,7 @@ class InFlight(Outbox):
         """Let time pass; what has happened."""
         texts = self._telemetry.new_texts(now)
         told = [
-            ("text", repr(text.words))
+            ("text", repr(text.words), text.at)
             for text in texts
             if text.severity <= WORST_TOLD and text.at >= self._since
         ]
@@ -105,4 +110,4 @@ class InFlight(Outbox):
             self.watching.ordered = order.order.value
             self.watching.order_modes |= {order.granted_mode}
         words, order.words = order.words, []
-        return [("order", told) for told in words]
+        return [("order", told, None) for told in words]

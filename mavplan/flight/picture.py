@@ -32,6 +32,8 @@ class Picture:
         Seconds since the vehicle was last heard.
     order
         What the user ordered and is not yet done, or empty.
+    follows
+        The order that it follows in place of its mission, or empty: then nothing is known of the seconds to the end.
     """
 
     phase: Phase
@@ -45,7 +47,7 @@ class Picture:
     users_served: int
     users: int
     flight_s: float
-    left_s: float
+    left_s: float | None
     mode: str
     armed: bool
     alt_rel_m: float | None
@@ -53,6 +55,7 @@ class Picture:
     voltage_v: float | None
     silent_s: float
     order: str = ""
+    follows: str = ""
 
 
 def take_picture(
@@ -63,6 +66,8 @@ def take_picture(
     *,
     start_s: float,
     order: str,
+    follows: str,
+    ended_at: float | None,
     now: float,
 ) -> Picture:
     """Return the picture of this moment.
@@ -75,10 +80,14 @@ def take_picture(
         When the flight began, on the vehicle's clock.
     order
         What the user ordered and is not yet done, or empty.
+    follows
+        The order that it follows in place of its mission, or empty.
+    ended_at
+        When the motors stopped; None: they turn.
     now
         The time.
     """
-    clock_s = telemetry.clock.at(now)
+    clock_s = telemetry.clock.at(now if ended_at is None else min(now, ended_at))
     route, done = progress.route, progress.stops_done
     position, battery, mode = telemetry.position, telemetry.battery, telemetry.mode_now
     return Picture(
@@ -93,7 +102,7 @@ def take_picture(
         users_served=sum(len(stop.users) for stop in done),
         users=sum(len(stop.users) for stop in route.stops),
         flight_s=max(0.0, clock_s - start_s),
-        left_s=progress.left_s(clock_s),
+        left_s=None if follows else progress.left_s(clock_s),
         mode="" if mode is None else mode_name(autopilot, telemetry.base_mode, mode),
         armed=telemetry.armed_now,
         alt_rel_m=position.alt_rel_m if position is not None else None,
@@ -101,4 +110,5 @@ def take_picture(
         voltage_v=battery.voltage_v if battery is not None else None,
         silent_s=max(0.0, now - telemetry.heard_at) if telemetry.heard_at is not None else 0.0,
         order=order,
+        follows=follows,
     )

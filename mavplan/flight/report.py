@@ -96,8 +96,9 @@ class FlightLog:
         self._told = 0
 
     def add(self, kind: str, words: str, now: float) -> None:
-        """Note that something happened."""
-        self._all.append(FlightEvent(round(self._flight_s(now), 1), kind, words))
+        """Note that something happened; what is only known later is told no earlier than what was told before."""
+        told_s = self._all[-1].flight_s if self._all else 0.0
+        self._all.append(FlightEvent(max(told_s, round(self._flight_s(now), 1)), kind, words))
 
     def news(self) -> list[FlightEvent]:
         """Return what was added since the last call."""

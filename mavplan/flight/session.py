@@ -210,6 +210,8 @@ class FlightSession(Session):
             self._progress,
             start_s=self._start_s if self._start_s is not None else self._telemetry.clock.at(now),
             order=self._in_flight.ordered if self._in_flight is not None else "",
+            follows=self._in_flight.followed if self._in_flight is not None else "",
+            ended_at=self._in_flight.watching.off_since if self._in_flight is not None else None,
             now=now,
         )
 
@@ -392,8 +394,8 @@ class FlightSession(Session):
             self._log.add("start", f"{reason}: what becomes of it is watched", now)
 
     def _watch_flight(self, in_flight: InFlight, now: float) -> None:
-        for kind, words in in_flight.tick(now):
-            self._log.add(kind, words, now)
+        for kind, words, at in in_flight.tick(now):
+            self._log.add(kind, words, now if at is None else at)
         self._outbox += in_flight.to_send()
         if in_flight.watching.over(now):
             self._end(in_flight.watching, now)

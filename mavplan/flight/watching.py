@@ -25,8 +25,8 @@ NEVER_ARMED_S = 15.0
 """A start that was broken off shows by then whether anything came of it."""
 LANDED_S = 30.0
 """A vehicle that stands on the ground so long and does not stop its motors is not waited for."""
-Happened = tuple[str, str]
-"""Kind and words of a `mavplan.flight.report.FlightEvent`."""
+Happened = tuple[str, str, float | None]
+"""Kind and words of a `mavplan.flight.report.FlightEvent`, and when it was; None: just now."""
 
 
 class Watching:
@@ -128,7 +128,7 @@ class Watching:
         heard_at = self._telemetry.heard_at if self._telemetry.heard_at is not None else self._heard_at
         if heard_at > self._heard_at:
             if self._silent:
-                yield "link", f"heard again after {heard_at - self._heard_at:.0f} s"
+                yield "link", f"heard again after {heard_at - self._heard_at:.0f} s", None
             self.longest_silence_s = max(self.longest_silence_s, heard_at - self._heard_at)
             self._silent = False
             self._heard_at = heard_at
@@ -137,6 +137,7 @@ class Watching:
             yield (
                 "link",
                 f"nothing heard for {SILENT_S:.0f} s; it flies on by itself; last: {self.known(now)}",
+                None,
             )
         self.longest_silence_s = max(self.longest_silence_s, now - self._heard_at)
 
@@ -144,7 +145,7 @@ class Watching:
         telemetry = self._telemetry
         if telemetry.armed_now and self._armed_at is None:
             self._armed_at = now
-            yield "vehicle", "armed"
+            yield "vehicle", "armed", None
         beat_at = telemetry.heartbeat_at
         if beat_at is not None and beat_at > self._beat_at:
             blind = beat_at > self._beat_at + BLIND_S or self._unheard_at_end
@@ -158,20 +159,21 @@ class Watching:
                 self._off_at = beat_at
         if self.airborne and self._airborne_since is None:
             self._airborne_since = now
-            yield "air", "in the air"
+            yield "air", "in the air", None
         if self._watch.reboots > self._reboots:
             self._reboots = self._watch.reboots
             self._restarted = True
-            yield "vehicle", "the autopilot has restarted"
+            yield "vehicle", "the autopilot has restarted", None
         since, told_at = telemetry.on_ground_since, telemetry.on_ground_at
         if since is None or self._airborne_since is None or since <= self._airborne_since:
             self._landed_since = None
         elif told_at is not None and told_at >= since + TWICE_S and self._landed_since is None:
             self._landed_since = since
-            yield "air", "on the ground"
+            if not self._stopped_told:
+                yield "air", "on the ground", since
         if self._armed_at is not None and self._off_at is not None and not self._stopped_told:
             self._stopped_told = True
-            yield "vehicle", "the motors have stopped"
+            yield "vehicle", "the motors have stopped", self.off_since
 
     def _modes(self, now: float) -> Iterator[Happened]:
         telemetry = self._telemetry
@@ -187,7 +189,7 @@ class Watching:
                 return  # the order itself is told
             back = self._foreign and mode == self._manners.mission_mode
             self._foreign = False
-            yield "mode", f"{name}: {'the mission goes on' if back else 'the mission leads there'}"
+            yield "mode", f"{name}: {'the mission goes on' if back else 'the mission leads there'}", None
         elif self._is_surely_foreign(mode, now):
             self._mode_told = mode
             self._foreign = True
@@ -195,6 +197,7 @@ class Watching:
             yield (
                 "mode",
                 f"{name}: neither the mission nor you switched there, but a pilot, a station or a failsafe",
+                None,
             )
 
     def _is_surely_foreign(self, mode: int, now: float) -> bool:
@@ -208,7 +211,7 @@ class Watching:
         if self._watch.writes[0] > self._writes:
             self._writes = self._watch.writes[0]
             if not self.meddled:
-                yield "mission", "another ground station writes to the vehicle's mission"
+                yield "mission", "another ground station writes to the vehicle's mission", None
             self.meddled = True
         mission = self._telemetry.mission
         if mission is None or mission.at <= self._other_at or mission.at < self._begun_at:
@@ -221,23 +224,23 @@ class Watching:
         self._other_mission = self._other_mission + 1 if other else 0
         if self._other_mission > 1 and not self._replaced and not self._progress.complete:
             self._replaced = True
-            yield "mission", "the vehicle holds another mission now"
+            yield "mission", "the vehicle holds another mission now", None
 
     def _stops(self) -> Iterator[Happened]:
         progress = self._progress
         stops = len(progress.route.stops)
         if len(progress.skipped) > self._skipped_told:
             self._skipped_told = len(progress.skipped)
-            yield "mission", "the mission went on before a hold can have been over"
+            yield "mission", "the mission went on before a hold can have been over", None
         done = progress.stops_done
         for stop in done[self._stops_told :]:
-            yield "stop", f"stop {stop.number} of {stops} done"
+            yield "stop", f"stop {stop.number} of {stops} done", None
         self._stops_told = max(self._stops_told, len(done))
         here = progress.stop
         if here is not None and progress.holding and self._holding_at != here.number:
             self._holding_at = here.number
             served = f" for {', '.join(here.users)}" if here.users else ""
-            yield "stop", f"stop {here.number} of {stops}: holds {here.hold_s:g} s{served}"
+            yield "stop", f"stop {here.number} of {stops}: holds {here.hold_s:g} s{served}", None
 
     # -- what is known ----------------------------------------------------------------------------------------
 

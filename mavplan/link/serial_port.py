@@ -1,6 +1,7 @@
 """A serial port as a connection, through pyserial, which only users of one need."""
 
 import contextlib
+import os
 import time
 from typing import Any
 
@@ -26,7 +27,10 @@ class Serial(Connection):
         try:
             self._open()
         except (serial.SerialException, ValueError) as error:
-            raise NoLinkError(f"cannot open {endpoint}: {error}") from error
+            # pyserial's own message has the number and the name of the port twice.
+            number = getattr(error, "errno", None)
+            why = os.strerror(number) if isinstance(number, int) else str(error)
+            raise NoLinkError(f"cannot open {endpoint}: {why}") from error
 
     def _open(self) -> None:
         self._port = self._module.Serial(

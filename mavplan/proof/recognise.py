@@ -18,7 +18,7 @@ ODD_M = 30.0
 """A stop at whose hold the vehicle was further from its place is odd: wind, or another plan."""
 
 FOREIGN_M = 100.0
-"""Two stops or more, each held further from its place than this, are another mission's: no gust strikes at all of them."""
+"""Two stops or more, each held further from its place than this, are another mission's: no gust hits them all."""
 
 FOREIGN = 3
 """As many long hovers at other places, and twice as many as at the plan's, are those of another mission."""

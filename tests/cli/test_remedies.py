@@ -1,6 +1,7 @@
 """An error is followed by what may help, and by nothing where nothing is known."""
 
 import re
+import socket
 from pathlib import Path
 
 import pytest
@@ -61,3 +62,20 @@ def test_a_planner_that_there_is_not_and_a_folder_that_there_is_not_are_told_bef
     ran = mavplan("plan", valley, "-o", "nowhere/x.plan", "-o", "there/y.png")
     assert ran.code == 2
     assert ran.err.count("does not exist: make it first") == 2
+
+
+def test_a_connection_that_the_system_refuses_is_followed_by_who_may_have_it(mavplan):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        ran = mavplan("info", "--conn", f"udpin:127.0.0.1:{taken.getsockname()[1]}")
+        assert ran.code == 3
+        assert "hint: another ground station or another mavplan listens there" in ran.err
+    with socket.socket() as closed:
+        closed.bind(("127.0.0.1", 0))
+        ran = mavplan("info", "--conn", f"tcp:127.0.0.1:{closed.getsockname()[1]}", "--timeout", "1")
+        assert ran.code == 3
+        assert "hint: nothing listens there" in ran.err
+    ran = mavplan("info", "--conn", "serial:/dev/nowhere:57600")
+    assert ran.code == 3
+    assert ran.err.count("No such file") == 1
+    assert "hint: " in ran.err

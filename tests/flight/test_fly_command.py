@@ -56,6 +56,14 @@ def recordings(folder):
     return sorted(folder.glob("*.tlog"))
 
 
+def test_quiet_says_nothing_of_a_flight_that_goes_well(tmp_path):
+    file = mission_file(tmp_path, "px4")
+    with vehicle("px4") as (_, (line,)):
+        ran = fly(file.name, *to(line), "--upload", "--yes", "-q", folder=tmp_path)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
+    assert recordings(tmp_path)
+
+
 @BOTH
 def test_a_flight_with_a_yes_beforehand_is_flown_told_and_recorded(tmp_path, firmware):
     file = mission_file(tmp_path, firmware)
@@ -72,6 +80,8 @@ def test_a_flight_with_a_yes_beforehand_is_flown_told_and_recorded(tmp_path, fir
     assert (found["outcome"], found["exit_code"], found["stops_done"]) == ("flown", 0, [1])
     assert found["items_done"] == found["items"] == 5
     assert found["flight_s"] == pytest.approx(found["forecast_s"], rel=0.05)
+    told_s = [event["flight_s"] for event in found["events"]]
+    assert told_s == sorted(told_s)
     assert {check["verdict"] for check in found["checks"]} <= {"good", "warning"}
     assert "stop 1 of 1: holds 8 s" in ran.stderr
     (recording,) = recordings(tmp_path)
