@@ -145,6 +145,10 @@ def success(report: "UploadReport") -> dict[str, object]:
     }
 
 
+_FIELDS = {"x": "latitude", "y": "longitude", "z": "altitude (m)", "count": "number of items"}
+"""What the fields of MISSION_ITEM_INT are to people."""
+
+
 def tell_failure(error: MavplanError, title: str = "what the vehicle stored otherwise") -> None:
     """Print what is known of a failure besides its message: all of it as JSON, or a table of differences."""
     from mavplan.cli.console import answer, mode
@@ -183,9 +187,22 @@ def _print_differences(differences: "Sequence[Difference]", title: str) -> None:
     from mavplan.cli.console import stderr
 
     table = Table(title=title)
-    for heading in ("item", "field", "sent", "stored"):
+    for heading in ("item", "field", "mavplan's", "the vehicle's"):
         table.add_column(heading, justify="left" if heading == "field" else "right")
     for found in differences:
         item = "" if found.seq is None else str(found.seq)
-        table.add_row(item, found.field, f"{found.sent:.9g}", f"{found.stored:.9g}")
+        name = _FIELDS.get(found.field, found.field)
+        table.add_row(item, name, _value(found.field, found.sent), _value(found.field, found.stored))
     stderr().print(table)
+
+
+def _value(field: str, value: float) -> str:
+    """Return a value of the wire as people read it."""
+    if field in {"x", "y"}:
+        return f"{value / 1e7:.7f}°"
+    if field == "command":
+        from mavplan.mission.model import Command
+
+        known = value in set(Command)
+        return Command(int(value)).name if known else f"{value:.0f}"
+    return f"{value:.9g}"

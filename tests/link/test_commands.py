@@ -218,6 +218,8 @@ def test_json_tells_a_success_and_a_table_a_difference(tmp_path):
     (found,) = json.loads(up.stdout)["differences"]
     assert (found["item"], found["field"]) == (3, "x")
     assert "what the vehicle stored otherwise" in table.stderr
+    assert f"{found['sent'] / 1e7:.7f}°" in table.stderr
+    assert "latitude" in table.stderr
 
 
 def test_nobody_there_is_no_link(tmp_path):
