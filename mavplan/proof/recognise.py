@@ -18,7 +18,7 @@ ODD_M = 30.0
 """A stop at whose hold the vehicle was further from its place is odd: wind, or another plan."""
 
 FOREIGN_M = 100.0
-"""Two stops or more, each held further from its place than this, are another mission's: no gust hits them all."""
+"""Two stops or more, and most, held further from their places than this are another mission's: gusts hit few."""
 
 FOREIGN = 3
 """As many long hovers at other places, and twice as many as at the plan's, are those of another mission."""
@@ -86,8 +86,11 @@ def _other_plan(
             f"of {len(held)} stops that it held none is within {radius_m:,.0f} m of the planned place "
             f"(the nearest is {nearest_m:,.0f} m away)"
         )
-    elif len(held) > 1 and all(stop.away_m > FOREIGN_M for stop in held):
-        yield f"all {len(held)} stops that it held were more than {FOREIGN_M:g} m from the planned places"
+    else:
+        # One place may be both plans' (the first stop beside home): most of them are not.
+        far = sum(stop.away_m > FOREIGN_M for stop in held)
+        if far > 1 and 2 * far > len(held):
+            yield f"{far} of {len(held)} stops that it held were more than {FOREIGN_M:g} m from the planned places"
     at_m = np.array([(hover.x_m, hover.y_m) for hover in hovers]).reshape(-1, 2)
     to_stops_m = np.hypot(*(places_m[:, None, :] - at_m[None, :, :]).transpose(2, 0, 1))
     away = [

@@ -169,6 +169,16 @@ def test_a_flight_that_went_elsewhere_without_a_hold_is_refused_and_one_that_tur
     assert not prove(plan, parse_track(to_csv(back, reached=False), "x")).met.any()
 
 
+def test_another_plans_flight_is_refused_where_one_of_its_places_is_this_plans_too():
+    """The vehicle says the same items as this plan has; only one of the places is the same."""
+    plan = stored(USERS, demand_mbit=30.0)
+    flown = places_m(plan)
+    assert len(flown) > 2
+    flown[1:] += 400.0
+    said = refused(plan, parse_track(to_tlog(fly(flown, np.full(len(flown), 9.0))), "x"))
+    assert f"{len(flown) - 1} of {len(flown)} stops that it held were more than 100 m" in said
+
+
 def test_another_plans_flight_is_refused_by_its_items():
     plan, longer = stored(USERS), stored([*USERS, (2000, 2000), (-2000, 2000), (3000, 0), (-3000, 0)])
     said = refused(plan, parse_track(to_tlog(flight_of(longer)), "x"))
