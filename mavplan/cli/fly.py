@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from mavplan.flight.conductor import FlySession
     from mavplan.flight.recording import Recording
     from mavplan.flight.route import Route
+    from mavplan.flight.run import Hands
 
 INTERRUPTED = 130
 
@@ -105,7 +106,7 @@ def fly_command(
     from mavplan.cli.fly_console import FlyConsole
     from mavplan.cli.fly_setup import Setup, make_session, open_recording, read_flight
     from mavplan.flight.run import fly
-    from mavplan.formats.beside import home_height_limit_m, remember_vehicle
+    from mavplan.formats.beside import home_height_limit_m
     from mavplan.link.endpoint import parse_endpoint
 
     endpoint = parse_endpoint(conn)
@@ -138,17 +139,46 @@ def fly_command(
         console.signals(),
     ):
         session = make_session(flight, setup)
-        fly(session, connection, console, recording.write if recording is not None else None)
+        hands = Remembering(file, console)
+        fly(session, connection, hands, recording.write if recording is not None else None)
         kept = _kept(session, recording, asked_for=record_file is not None)
     if recording is not None and recording.failed:
         message = f"ended after {recording.frames:,} frames: {recording.failed}"
         say_problems([Problem(str(recording.path), message, "recording", "warning")])
     if session.uploaded is not None:
-        say_problems([*session.uploaded.warnings, *remember_vehicle(file, session.uploaded)])
+        say_problems([*session.uploaded.warnings, *hands.problems])
     code = _end(session, console.interrupted, kept)
     if kept is not None and code == ExitCode.DONE:
         tell_next("mavplan", "prove", kept, "--plan", file, why="what every user received")
     return code
+
+
+class Remembering:
+    """Hands that write beside the mission file which vehicle holds it, as soon as that is verified.
+
+    Parameters
+    ----------
+    file
+        What is uploaded.
+    hands
+        Who shows and decides.
+    """
+
+    def __init__(self, file: Path, hands: "Hands") -> None:
+        self.problems: tuple[Problem, ...] = ()
+        """What there is to be said of the writing, once the flight is over."""
+        self._file = file
+        self._hands = hands
+        self._written = False
+
+    def see(self, session: "FlySession", now: float) -> None:
+        """Write it once, and hand on."""
+        if not self._written and session.uploaded is not None:
+            from mavplan.formats.beside import remember_vehicle
+
+            self._written = True
+            self.problems = remember_vehicle(self._file, session.uploaded)
+        self._hands.see(session, now)
 
 
 def _check_usage(
