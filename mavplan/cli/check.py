@@ -77,6 +77,8 @@ def check_command(
         title = AUTOPILOTS[firmware].title
         proved = None if plan is None else proves(plan)
         pinned = None if plan is None else keeps_pinned(plan, mission)
+        if vehicles and vehicles[-1]["flight"] is not None:
+            tell()
         with progress(f"uploading: mock {title}"):
             outcome = rehearse(mission, firmware)
         tell(_outcome(title, outcome))
@@ -183,7 +185,6 @@ def flies(mission: "Mission", plan: "StoredPlan", world: "World") -> dict[str, A
     say_problems(proof.notes)
     tell()
     print_proof(proof)
-    tell()
     if not proof.all_met:
         say_problems([Problem(name, str(shortfall(proof)), "short")])
     return told | {"ok": proof.all_met and flown.error is None, "proof": to_json(proof)}

@@ -48,6 +48,7 @@ def test_a_planned_mission_is_flown_and_every_demand_is_met(mavplan, small, firm
     assert ran.code == 0, ran.err
     assert "flown to its end, landed, motors off" in ran.out
     assert "3 of 3 users received what they need: 170.0 of 170.0 Mbit" in ran.out
+    assert not ran.out.endswith("\n\n")
     assert "2 of 2 stops held" in ran.out
     off = float(re.search(r"flown .*, forecast .* \(([\d.]+)% (more|less)\)", ran.out)[1])
     assert off < 5.0
