@@ -293,6 +293,10 @@ class FlightSession(Session):
         self._ticked_at = now
         super().tick(now)
 
+    def _too_long(self) -> str:
+        # The times told of a flight are the vehicle's, which in a simulation runs faster.
+        return f"{super()._too_long()} by this machine's clock"
+
     def _lost_at(self) -> float:
         # A flight is not given up because it is out of reach, and a start is by its own rules.
         return math.inf if self.phase is Phase.FLYING or self.phase in STARTING else super()._lost_at()

@@ -95,7 +95,7 @@ class Session(NotedOutbox, ABC):
             self._discovery.tick(now)
             self._discovered(now)
         elif now >= self.deadline:
-            self._expire(now, f"no end within {self.deadline_s:g} s")
+            self._expire(now, self._too_long())
         elif now >= self._lost_at():
             self._expire(now, f"nothing was heard of the vehicle for {LINK_LOST_S:g} s")
         else:
@@ -149,6 +149,9 @@ class Session(NotedOutbox, ABC):
     @abstractmethod
     def _expire(self, now: float, cause: str) -> None:
         """End with what is known."""
+
+    def _too_long(self) -> str:
+        return f"no end within {self.deadline_s:g} s"
 
     def _refusal(self, vehicle: Vehicle) -> RefusedError | None:
         return refusal(vehicle, self.wanted)
