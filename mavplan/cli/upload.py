@@ -145,6 +145,8 @@ def success(report: "UploadReport") -> dict[str, object]:
     }
 
 
+SMALLEST_E7 = 1000
+"""In the fields of a position, less than this (11 m from the equator) is the parameter of an item that has none."""
 _FIELDS = {"x": "latitude", "y": "longitude", "z": "altitude (m)", "count": "number of items"}
 """What the fields of MISSION_ITEM_INT are to people."""
 
@@ -198,7 +200,7 @@ def _print_differences(differences: "Sequence[Difference]", title: str) -> None:
 
 def _value(field: str, value: float) -> str:
     """Return a value of the wire as people read it."""
-    if field in {"x", "y"}:
+    if field in {"x", "y"} and abs(value) >= SMALLEST_E7:
         return f"{value / 1e7:.7f}°"
     if field == "command":
         from mavplan.mission.model import Command
