@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.timing import show
 from mavplan.hppp import draw_users
-from mavplan.planners.coarse_order import _ordered
+from mavplan.planners.coarse_order import ordered
 from mavplan.planners.one_thread import one_thread
 from mavplan.planners.path_problem import path_problem
 from mavplan.planners.quick_path import FIXED, Pieces, improved
@@ -57,7 +57,7 @@ def small_changes(places: Floats, seconds: float) -> Floats:
 
 
 def two_opt(places: Floats, _seconds: float) -> Floats:
-    return np.vstack([np.zeros((1, 2)), places[_ordered(places, np.zeros(2), None)]])
+    return np.vstack([np.zeros((1, 2)), places[ordered(places, np.zeros(2), None)]])
 
 
 def pyvrp(places: Floats, seconds: float, *, begin: bool = False) -> Floats:

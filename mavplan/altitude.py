@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from mavplan.errors import InputError, Problem
+from mavplan.planners import SEARCHING
+from mavplan.progress import Progress, part_of
 from mavplan.radio import highest_altitude_m, planning_error_m, planning_radio
 from mavplan.scenario.model import Scenario
 
@@ -26,11 +28,6 @@ GOLDEN = (math.sqrt(5) - 1) / 2
 
 TRY = 0.1
 """Share of the time limit that a planner with one has for each try; the chosen altitude is planned again."""
-
-SEARCHING = frozenset({"length", "time"})
-"""Planners with a time limit."""
-
-WHOLE = 1000
 
 Objective = Literal["mission_s", "path_m", "tour_m"]
 
@@ -69,7 +66,7 @@ class ChosenAltitude:
 def plan_at_best_altitude(
     scenario: Scenario,
     hover: "HoverStyle" = "waypoint+loiter",
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> "Plan":
     """Return the plan at the altitude between `altitude_min_m` and `altitude_max_m` that makes it the shortest.
 
@@ -90,7 +87,7 @@ def plan_at_best_altitude(
 
     def value(altitude_m: int) -> float:
         if altitude_m not in plans and altitude_m not in faults:
-            tell = _step(progress, len(plans) + len(faults), todo)
+            tell = part_of(progress, len(plans) + len(faults), todo)
             tell(0, 1)
             try:
                 plans[altitude_m] = make_plan(at_altitude(scenario, altitude_m, TRY), hover, tell)
@@ -102,7 +99,7 @@ def plan_at_best_altitude(
     if best not in plans:
         raise faults[low_m]
     if searching:
-        tell = _step(progress, todo - 1, todo)
+        tell = part_of(progress, todo - 1, todo)
         again = make_plan(at_altitude(scenario, best), hover, tell)
         plans[best] = min((plans[best], again), key=lambda plan: value_of(plan)[1])
     found = plans[best]
@@ -143,15 +140,14 @@ def limits_m(scenario: Scenario) -> tuple[int, int]:
     vehicle, options = scenario.vehicle, scenario.fence_options
     low_m, high_m = vehicle.altitude_min_m, vehicle.altitude_max_m
     why = [f"altitude_min_m = {low_m:g}", f"altitude_max_m = {high_m:g}"]
-    over_ground = scenario.terrain_options.file is not None or scenario.terrain is not None
-    if over_ground:
+    if scenario.over_ground:
         low_m = max(low_m, scenario.terrain_options.clearance_m)
         why.append(f"[terrain] clearance_m = {scenario.terrain_options.clearance_m:g}")
     elif options.max_alt_rel_m is not None:
         high_m = min(high_m, options.max_alt_rel_m)
         why.append(f"[fence] max_alt_rel_m = {options.max_alt_rel_m:g}")
     reach_m = highest_altitude_m(planning_radio(scenario.radio)) - planning_error_m(vehicle, scenario.service)
-    if reach_m <= high_m and not over_ground:
+    if reach_m <= high_m and not scenario.over_ground:
         high_m = min(high_m, math.ceil(reach_m) - 1)
         why.append(f"the radio, which reaches the ground from below {reach_m:,.1f} m")
     lowest, highest = math.ceil(low_m - 1e-9), math.floor(high_m + 1e-9)
@@ -201,14 +197,3 @@ def _next(left: int, best: int, right: int) -> int | None:
         return None
     step = max(1, round(max(below, above) * (1 - GOLDEN)))
     return best - step if below >= above else best + step
-
-
-def _step(progress: Callable[[int, int], None] | None, done: int, todo: int) -> Callable[[int, int], None]:
-    """Return what tells the progress of one plan as that of all."""
-
-    def tell(part: int, whole: int) -> None:
-        if progress is not None:
-            within = min(part / whole, 1.0) if whole > 0 else 0.0
-            progress(round(WHOLE * min(done + within, todo)), WHOLE * todo)
-
-    return tell

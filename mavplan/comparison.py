@@ -1,13 +1,14 @@
 """Every planner on the same users, beside the SBW benchmark, and how few stops would do at all."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mavplan.plan import Plan, make_plan
-from mavplan.planners import PLANNERS, WHOLE
+from mavplan.planners import PLANNERS
 from mavplan.planners.cover import minimum_cover, minimum_pair_cover
 from mavplan.planners.index import joint_index
+from mavplan.progress import Progress, part_of
 from mavplan.scenario.model import Scenario
 
 BENCHMARK = "sbw"
@@ -60,7 +61,7 @@ class Comparison:
 
 def compare(
     scenario: Scenario,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     planners: Sequence[str] | None = None,
 ) -> Comparison:
     """Plan a scenario with several planners.
@@ -80,7 +81,11 @@ def compare(
         As `mavplan.plan.make_plan`.
     """
     names = [*(name for name in planners or PLANNERS if name != BENCHMARK), BENCHMARK]
-    tell = _in_parts(progress, len(names) + 2)
+    parts = len(names) + 2
+
+    def tell(number: int) -> Progress:
+        return part_of(progress, number, parts)
+
     plans: list[Plan] = []
     for done, name in enumerate(names):
         tell(done)(0, 1)
@@ -98,22 +103,6 @@ def compare(
         least_stops=LeastStops(cover.size, cover.bound),
         least_stops_with_d2d=LeastStops(pair_cover.size, pair_cover.bound),
     )
-
-
-def _in_parts(
-    progress: Callable[[int, int], None] | None, parts: int
-) -> Callable[[int], Callable[[int, int], None]]:
-    """Return what gives to the number of a part the progress within it, told as progress of the whole."""
-
-    def part(number: int) -> Callable[[int, int], None]:
-        def tell(done: int, todo: int) -> None:
-            if progress is not None:
-                within = min(done / todo, 1.0) if todo > 0 else 0.0
-                progress(round(WHOLE * (number + within)), WHOLE * parts)
-
-        return tell
-
-    return part
 
 
 def _row(plan: Plan, benchmark: Plan) -> Row:

@@ -10,11 +10,11 @@ from mavplan.scenario.model import Scenario
 
 def expected_flight(mission: Mission, scenario: Scenario, rules: AutopilotRules) -> Forecast:
     """Return what a mission of a scenario will take; energies where the vehicle's mass is known."""
-    vehicle, wind = scenario.vehicle, scenario.wind
+    vehicle = scenario.vehicle
     return forecast_mission(
         mission,
         rules=rules,
         acceleration_m_s2=vehicle.acceleration_m_s2,
         rotor=None if vehicle.mass_kg is None else rotor_of(vehicle.mass_kg),
-        wind=Wind(wind.speed_m_s, wind.from_deg) if wind.speed_m_s > 0 else None,
+        wind=Wind.of(scenario.wind),
     )

@@ -29,6 +29,7 @@ from mavplan.planners.ordering import ORIGIN_M, path_length_m
 from mavplan.planners.pinned import pins_of
 from mavplan.planners.sbw import sbw
 from mavplan.planners.trajectory import Trajectory
+from mavplan.progress import Progress
 from mavplan.radio import planning_channel
 from mavplan.scenario.fence_checks import height_faults
 from mavplan.scenario.model import Floats, Scenario
@@ -119,7 +120,7 @@ class Plan:
 def make_plan(
     scenario: Scenario,
     hover: HoverStyle = "waypoint+loiter",
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Plan:
     """Plan a flight: stop points and their order, holds, mission, forecast; where its altitude is sought, at the best.
 

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from mavplan.bounds import Bound, Progress
+from mavplan.bounds import Bound
 from mavplan.mission.model import Command
 from mavplan.plan import Plan
 from mavplan.plan_forecast import forecast_object
+from mavplan.progress import Progress
 from mavplan.scenario.model import UNPAIRED, Scenario, Users
 from mavplan.scenario.sections import FenceOptions, TerrainOptions, Wind
 from mavplan.terrain.check import ground_under

@@ -3,6 +3,9 @@
 import numpy as np
 from hypothesis import strategies as st
 
+from mavplan.hover import hold_times
+from mavplan.mission.autopilots import AUTOPILOTS
+from mavplan.mission.forecast import forecast
 from mavplan.scenario import D2D, UNPAIRED, Home, PlannerOptions, Scenario, Service, Users, Vehicle
 
 HOME = Home(lat_deg=46.5, lon_deg=7.5, alt_amsl_m=600.0)
@@ -58,3 +61,21 @@ def user_fields(draw, most=14):
     order = draw(st.permutations(range(count)))
     paired = draw(st.integers(0, count // 2))
     return make_users(xy_m, pairs=[(order[2 * i], order[2 * i + 1]) for i in range(paired)])
+
+
+def mission_s_of(scenario, trajectory):
+    """Time of the mission along a trajectory before rounding, by forecast and hover programme."""
+    vehicle, rules = scenario.vehicle, AUTOPILOTS[scenario.vehicle.autopilot]
+    asked_s = hold_times(scenario, trajectory, rules).asked_s
+    holds: list[float | None] = [None] * (len(trajectory.path_m) - 1)
+    for at, hold_s in zip(trajectory.stop_at, asked_s.tolist(), strict=True):
+        holds[at - 1] = hold_s
+    return forecast(
+        trajectory.path_m[1:],
+        holds,
+        rules=rules,
+        altitude_m=vehicle.altitude_m,
+        speed_m_s=vehicle.speed_m_s,
+        acceleration_m_s2=vehicle.acceleration_m_s2,
+        end=vehicle.end,
+    ).mission_s

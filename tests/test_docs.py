@@ -1,14 +1,13 @@
 """The documentation's examples run as they stand."""
 
-import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+from tests.pages import ROOT, commands_of, typed
+
 EXAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "docs/api.md").read_text("utf-8"), re.DOTALL)
 
 
@@ -57,20 +56,12 @@ def test_links_of_the_readme_and_the_pages_lead_to_files():
 
 def test_the_examples_of_fleets_and_batteries_print_what_the_page_shows(tmp_path):
     page = (ROOT / "docs/fleet.md").read_text("utf-8")
-    (tmp_path / "missions").symlink_to(ROOT / "missions")
-    commands = "\n".join(re.findall(r"```sh\n(.*?)```", page, re.DOTALL))
-    script = f'mavplan() {{ "{sys.executable}" -m mavplan "$@"; }}\nset -e\n{commands}'
-    done = subprocess.run(
-        ["bash", "-c", script],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=240,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )
-    assert done.returncode == 0, done.stderr
+    desk, tools = tmp_path / "desk", tmp_path / "bin"
+    desk.mkdir()
+    tools.mkdir()
+    (desk / "missions").symlink_to(ROOT / "missions")
+    said = typed("\n".join(commands_of(page)), desk, tools)
     tables = re.findall(r"```\n((?:vehicle|sortie) .*?)```", page, re.DOTALL)
     assert len(tables) == 2
     for table in tables:
-        assert table in done.stdout
+        assert table in said

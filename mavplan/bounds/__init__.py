@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-Progress = Callable[[int, int], None]
+from mavplan.progress import Progress
+
 Objective = Literal["path_m", "tour_m", "mission_s"]
 """Length of the way from home to the last stop; of that and the way back home; mission time."""
 

@@ -72,13 +72,12 @@ def _proved_m(plan: StoredPlan, stated: Bound, content: Mapping[str, Any]) -> fl
 
 def _proved_s(plan: StoredPlan, content: Mapping[str, Any]) -> float:
     scenario = plan.scenario
-    wind = scenario.wind
     case = TimeCase.of(
         scenario.users,
         planning_channel(scenario),
         scenario.vehicle,
         scenario.service,
-        wind=Wind(wind.speed_m_s, wind.from_deg) if wind.speed_m_s > 0 else None,
+        wind=Wind.of(scenario.wind),
         in_flight=plan.in_flight,
     )
     return time.proved_time_s(time.from_json(content), case)

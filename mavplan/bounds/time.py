@@ -31,7 +31,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavplan.bounds.path import CertificateError
-from mavplan.bounds.time_case import REACH_TOLERANCE_M, UNPAIRED, TimeCase
+from mavplan.bounds.time_case import TimeCase
+from mavplan.radio import REACH_TOLERANCE_M
+from mavplan.scenario.model import UNPAIRED
 
 Floats = NDArray[np.float64]
 

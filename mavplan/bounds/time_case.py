@@ -8,16 +8,12 @@ from numpy.typing import NDArray
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.phases import Vehicle as Flyer
 from mavplan.mission.wind import Wind
-from mavplan.radio import Channel
-from mavplan.scenario.model import Users
+from mavplan.radio import REACH_TOLERANCE_M, Channel
+from mavplan.scenario.model import UNPAIRED, Users
 from mavplan.scenario.sections import Service, Vehicle
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-UNPAIRED = -1
-REACH_TOLERANCE_M = 1e-6
-"""A user this far beyond R counts as reached, in plans and so in proofs."""
 
 SHORT_M, LONG_M, FARTHEST_M = 3.0, 30.0, 1000.0
 """Legs below the first are left aside: no autopilot's forecast is exact to that. Between the second and the third the
@@ -69,11 +65,7 @@ class TimeCase:
     ) -> "TimeCase":
         """Return the case of a scenario's parts, over a plane."""
         flyer = Flyer(AUTOPILOTS[vehicle.autopilot], vehicle.acceleration_m_s2, wind=wind)
-        fixed_s = flyer.take_off(vehicle.altitude_m).seconds.total
-        if vehicle.end == "rtl":
-            fixed_s += flyer.come_home(np.zeros(2), vehicle.altitude_m).seconds.total
-        elif vehicle.end == "land":
-            fixed_s += flyer.land(vehicle.altitude_m).seconds.total
+        fixed_s = flyer.take_off(vehicle.altitude_m).seconds.total + ending_s(flyer, vehicle)
         best_bit_s = channel.radio.bandwidth_hz * float(channel.air_rate(np.zeros(1))[0])
         steep_s_m, level_s = slow_legs(flyer, vehicle.speed_m_s)
         return cls(
@@ -100,6 +92,13 @@ class TimeCase:
         away_m = np.where(self.mate == UNPAIRED, away_m, np.minimum(away_m, away_m[self.mate]))
         least_m = max(float(away_m.max()) - self.channel.radius_m - REACH_TOLERANCE_M, 0.0)
         return self.fixed_s + (1.0 - share) * min(self.steep_s_m * least_m, self.level_s)
+
+
+def ending_s(flyer: Flyer, vehicle: Vehicle) -> float:
+    """Return what ends the mission, but for the way home: seconds that no plan changes."""
+    if vehicle.end == "rtl":
+        return flyer.come_home(np.zeros(2), vehicle.altitude_m).seconds.total
+    return flyer.land(vehicle.altitude_m).seconds.total if vehicle.end == "land" else 0.0
 
 
 def top_speed_m_s(flyer: Flyer, asked_m_s: float) -> float:

@@ -177,7 +177,8 @@ def run(args: Sequence[str] | None = None) -> int:
         click.echo("interrupted", err=True)
         return 130
     except (BrokenPipeError, SystemExit):
-        # Whoever read our output has gone (click then exits with 1); the interpreter must not complain once more.
+        # Whoever read our output has gone: of that click makes an exit with 1, and nothing else here exits by itself.
+        # The interpreter must not complain about it once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return int(ExitCode.DONE)
     note("done", mode)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from mavplan.errors import ExitCode, InputError, Problem
+from mavplan.progress import Progress
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -228,7 +229,7 @@ def say_hint(message: str) -> None:
 
 
 @contextmanager
-def progress(label: str) -> Iterator[Callable[[int, int], None]]:
+def progress(label: str) -> Iterator[Progress]:
     """Give a function of (done, to do) that moves a progress bar on standard error, if that is a terminal.
 
     Until it is called the bar moves to and fro, with the time gone by.

@@ -4,7 +4,7 @@ Time jumps to whatever is due next, so that half an hour passes in seconds; ever
 memory, as a recording of a real flight would.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from mavplan.link.codec import Codec
 from mavplan.link.upload_session import UploadSession
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.model import Mission
+from mavplan.progress import Progress
 from mavplan.track.tlog import record
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def rehearse_flight(
     *,
     mass_kg: float | None = None,
     battery_wh: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> RehearsedFlight:
     """Upload a mission to a fresh mock at its home, arm it, and let it fly to the end.
 
@@ -155,7 +156,7 @@ def _drive(
     session: FlySession,
     mock: "FaultyNetwork",
     forecast_s: float,
-    progress: Callable[[int, int], None] | None,
+    progress: Progress | None,
 ) -> bytes:
     """Let a session and a mock talk until the session is done; return what they said."""
     codec, tlog = Codec(session.us), bytearray()

@@ -66,10 +66,10 @@ class Planner(click.ParamType[str]):
         """Return the name, if there is such a planner."""
         name = str(value)
         if name not in PLANNER_NAMES:
-            from difflib import get_close_matches
+            from mavplan.scenario.report import nearest
 
-            near = get_close_matches(name, PLANNER_NAMES, 1)
-            like = f"did you mean {near[0]}?" if near else f"known are {', '.join(PLANNER_NAMES)}"
+            near = nearest(name, PLANNER_NAMES)
+            like = f"did you mean {near}?" if near else f"known are {', '.join(PLANNER_NAMES)}"
             self.fail(f"there is no planner {name!r}: {like}", param, ctx)
         return name
 

@@ -4,15 +4,16 @@ import functools
 from collections.abc import Sequence
 from pathlib import Path
 
-from mavplan.bounds import Progress
 from mavplan.cli.streams import STEM, is_stdout, write_outputs_of
 from mavplan.errors import InputError, Problem
 from mavplan.figures.files import PICTURES, check_picture, draw_plan, plan_names
 from mavplan.formats import FORMATS, format_of
+from mavplan.formats.atomic import no_folder
 from mavplan.formats.beside import plan_path
 from mavplan.maps import MAPS, plan_map
 from mavplan.plan import Plan
 from mavplan.plan_file import dumps
+from mavplan.progress import Progress
 from mavplan.stored_plan import parse_plan
 
 
@@ -21,10 +22,7 @@ def check_outputs(paths: Sequence[Path]) -> None:
     check_suffixes(paths, (*FORMATS, *MAPS, *PICTURES))
     nowhere = [path for path in paths if not is_stdout(path) and not path.parent.is_dir()]
     if nowhere:
-        raise InputError(
-            Problem(str(path), f"the folder {path.parent} does not exist: make it first", "no-folder")
-            for path in nowhere
-        )
+        raise InputError(no_folder(path) for path in nowhere)
     for path in paths:
         if path.suffix.lower() in PICTURES:
             check_picture(path)

@@ -59,15 +59,14 @@ def fly_sorties(
     if made.not_served:
         message = f"{_shortened(made.not_served)}: what the battery gives goes to others"
         left.append(Problem("not served", message, "not-served", "warning"))
-    say_problems(
-        [*_warnings(made.plans, [_named(outputs[0], suffix) for suffix in suffixes]), *warnings, *left]
-    )
+    names = [_named(outputs[0], suffix) for suffix in suffixes]
+    say_problems([*_warnings(made.plans, names), *warnings, *left])
     if len(made.plans) == 1:
         print_plan(made.plans[0])
         if made.rest is None:
             tell("one sortie is enough")
     else:
-        print_flights("sortie", made.plans, [_named(outputs[0], suffix) for suffix in suffixes])
+        print_flights("sortie", made.plans, names)
         air = sum(plan.forecast.mission_s for plan in made.plans)
         tell(f"{counted(len(made.plans), 'sortie')}: {clock(air)} in the air, batteries changed in between")
     _print_items(made.plans, suffixes, items=items)
@@ -84,7 +83,7 @@ def fly_sorties(
     answer(
         _answer(made.plans, suffixes, outputs, made.not_served) | {"written": [str(path) for path in written]}
     )
-    _tell_report(outputs[0], suffixes)
+    _tell_report(names)
 
 
 def fly_fleet(
@@ -121,10 +120,9 @@ def fly_fleet(
         )
     suffixes = _numbers(made.plans)
     written, warnings = _write(made.plans, suffixes, outputs, {})
-    say_problems(
-        [*_warnings(made.plans, [_named(outputs[0], suffix) for suffix in suffixes]), *warnings, *made.said]
-    )
-    print_flights("vehicle", made.plans, [_named(outputs[0], suffix) for suffix in suffixes])
+    names = [_named(outputs[0], suffix) for suffix in suffixes]
+    say_problems([*_warnings(made.plans, names), *warnings, *made.said])
+    print_flights("vehicle", made.plans, names)
     rounds = max(1 if plan.part is None else plan.part.round for plan in made.plans)
     flying = len({1 if plan.part is None else plan.part.number for plan in made.plans})
     who = counted(flying, "vehicle")
@@ -139,14 +137,13 @@ def fly_fleet(
     _print_items(made.plans, suffixes, items=items)
     tell_written(written)
     answer(_answer(made.plans, suffixes, outputs, ()) | {"written": [str(path) for path in written]})
-    _tell_report(outputs[0], suffixes)
+    _tell_report(names)
 
 
-def _tell_report(first: Path, suffixes: Sequence[str]) -> None:
-    """Tell how all flights are looked at together, where their first files are missions."""
-    if first.suffix.lower() in FORMATS:
-        files = [_named(first, suffix) for suffix in suffixes]
-        tell_next("mavplan", "report", *files, why="as one page to look at")
+def _tell_report(names: Sequence[Path]) -> None:
+    """Tell how all flights are looked at together, where these files are missions."""
+    if names[0].suffix.lower() in FORMATS:
+        tell_next("mavplan", "report", *names, why="as one page to look at")
 
 
 def print_flights(kind: str, plans: Sequence[Plan], files: Sequence[Path]) -> None:

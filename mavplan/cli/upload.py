@@ -203,8 +203,7 @@ def _value(field: str, value: float) -> str:
     if field in {"x", "y"} and abs(value) >= SMALLEST_E7:
         return f"{value / 1e7:.7f}°"
     if field == "command":
-        from mavplan.mission.model import Command
+        from mavplan.mission.sendable import command_name
 
-        known = value in set(Command)
-        return Command(int(value)).name if known else f"{value:.0f}"
+        return command_name(int(value))
     return f"{value:.9g}"

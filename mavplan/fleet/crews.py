@@ -13,16 +13,13 @@ from mavplan.errors import InputError, Problem
 from mavplan.fleet.divide import divide, inserted
 from mavplan.geo import LocalPlane
 from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
-from mavplan.planners.ordering import from_origin
+from mavplan.planners import SEARCHING
 from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.spread import lent, spread_here
-from mavplan.planners.trajectory import assign
+from mavplan.planners.trajectory import moved
 from mavplan.radio import planning_channel
 from mavplan.scenario.model import UNPAIRED, Floats, Scenario
 from mavplan.sorties.ways import Ways
-
-SEARCHING = frozenset({"length", "time"})
-"""Planners that take so long that other hands are worth while."""
 
 MOST_TRIALS = 40
 """Whole flights that are planned to see whether a stop is better off with another vehicle."""
@@ -71,6 +68,7 @@ class Crews:
         parts = self._improved(self._with_users(parts))
         flying = [vehicle for vehicle, part in enumerate(parts) if part]
         tasks = [(self._scenario(vehicle, parts[vehicle]), self._hover) for vehicle in flying]
+        # These take so long that other hands are worth while.
         spread = lent() if self._own[0].planner.name in SEARCHING else spread_here
         anew = dict(zip(flying, spread(planned_anew, tasks), strict=True))
         return tuple(
@@ -169,21 +167,10 @@ class Crews:
         if not len(scenario.users):
             return None  # a flight is planned for somebody
         stops_m: Floats = self._stops_m[vehicle][list(part)]
-        path = from_origin(stops_m)
-        channel = planning_channel(scenario)
-        served = assign(scenario.users, stops_m, channel, d2d=True)
-        if not served.served.all():
+        flown = moved(self._base.trajectory, scenario.users, planning_channel(scenario), stops_m)
+        if not flown.assignment.served.all():
             return None
-        flown = replace(
-            self._base.trajectory,
-            path_m=path,
-            stop_at=np.arange(1, len(path)),
-            reference_m=np.empty((0, 2)),
-            assignment=served,
-            radius_m=channel.radius_m,
-            notes=(),
-            bound=None,
-        )
+        flown = replace(flown, reference_m=np.empty((0, 2)), notes=(), bound=None)
         try:
             return plan_along(scenario, flown, self._hover)
         except InputError:

@@ -12,6 +12,7 @@ from mavplan.fleet.rounds import Apart, Round, cut_each, dealt, rounds_of, total
 from mavplan.geo import LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan
+from mavplan.progress import Progress
 from mavplan.scenario.model import UNPAIRED, Scenario
 from mavplan.scenario.sections import FleetVehicle, Home
 from mavplan.sorties.make import needed_budget, said_of_the_end
@@ -61,7 +62,7 @@ def plan_fleet(
     separation_m: float = 50.0,
     altitude_step_m: float = 0.0,
     sorties: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Fleet:
     """Plan a scenario for several vehicles, the longest mission as short as can be found.
 
@@ -91,8 +92,7 @@ def plan_fleet(
     if scenario.vehicles and count > len(scenario.vehicles):
         message = f"--vehicles {count} asks for more than the {len(scenario.vehicles)} that have a home"
         raise InputError([Problem("[[vehicles]]", message, "too-few-vehicles")])
-    over_ground = scenario.terrain is not None or scenario.terrain_options.file is not None
-    if over_ground and scenario.vehicles:
+    if scenario.over_ground and scenario.vehicles:
         message = "over terrain all vehicles start at [home]: leave [[vehicles]] out, or the file"
         raise InputError([Problem("[[vehicles]]", message, "fleet-terrain")])
     if count > 1:
@@ -190,7 +190,7 @@ def _told(rounds: Sequence[Round]) -> tuple[Problem, ...]:
 
 
 def _at_best_altitude(
-    scenario: Scenario, steps_m: float, hover: HoverStyle, progress: Callable[[int, int], None] | None
+    scenario: Scenario, steps_m: float, hover: HoverStyle, progress: Progress | None
 ) -> tuple[Plan, Scenario]:
     """Return what one vehicle flies at the altitude at which it is done soonest, and the scenario at that altitude.
 

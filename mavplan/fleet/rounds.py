@@ -8,13 +8,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from mavplan.errors import InputError, Problem
 from mavplan.fleet.apart import Starts, kept_apart
 from mavplan.plan import HoverStyle, Plan, plan_along
-from mavplan.planners.ordering import from_origin
-from mavplan.planners.trajectory import assign
+from mavplan.planners.trajectory import moved
 from mavplan.radio import planning_channel
 from mavplan.scenario.model import Scenario
 from mavplan.sorties.make import sorties_of
@@ -141,18 +138,10 @@ def _of_vehicle(plan: Plan, own: Scenario, hover: HoverStyle) -> Plan | None:
     if plan.scenario.vehicle == own.vehicle:
         return plan
     scenario = replace(plan.scenario, vehicle=own.vehicle)
-    channel = planning_channel(scenario)
-    served = assign(scenario.users, plan.trajectory.stops_m, channel, d2d=True)
-    if not served.served.all():
+    found = plan.trajectory
+    flown = moved(found, scenario.users, planning_channel(scenario), found.stops_m)
+    if not flown.assignment.served.all():
         return None
-    path = from_origin(plan.trajectory.stops_m)
-    flown = replace(
-        plan.trajectory,
-        path_m=path,
-        stop_at=np.arange(1, len(path)),
-        assignment=served,
-        radius_m=channel.radius_m,
-    )
     try:
         return plan_along(scenario, flown, hover)
     except InputError:

@@ -90,7 +90,7 @@ class InFlight(Outbox):
         """Let time pass; what has happened."""
         texts = self._telemetry.new_texts(now)
         told = [
-            ("text", repr(text.words), text.at)
+            Happened("text", repr(text.words), text.at)
             for text in texts
             if text.severity <= WORST_TOLD and text.at >= self._since
         ]
@@ -110,4 +110,4 @@ class InFlight(Outbox):
             self.watching.ordered = order.order.value
             self.watching.order_modes |= {order.granted_mode}
         words, order.words = order.words, []
-        return [("order", told, None) for told in words]
+        return [Happened("order", told) for told in words]

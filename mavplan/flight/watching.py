@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from mavplan.flight.ending import Facts
 from mavplan.flight.manners import FlightManners
@@ -25,8 +26,14 @@ NEVER_ARMED_S = 15.0
 """A start that was broken off shows by then whether anything came of it."""
 LANDED_S = 30.0
 """A vehicle that stands on the ground so long and does not stop its motors is not waited for."""
-Happened = tuple[str, str, float | None]
-"""Kind and words of a `mavplan.flight.report.FlightEvent`, and when it was; None: just now."""
+
+
+class Happened(NamedTuple):
+    """Kind and words of a `mavplan.flight.report.FlightEvent`, and when it was; None: just now."""
+
+    kind: str
+    words: str
+    at: float | None = None
 
 
 class Watching:
@@ -128,16 +135,15 @@ class Watching:
         heard_at = self._telemetry.heard_at if self._telemetry.heard_at is not None else self._heard_at
         if heard_at > self._heard_at:
             if self._silent:
-                yield "link", f"heard again after {heard_at - self._heard_at:.0f} s", None
+                yield Happened("link", f"heard again after {heard_at - self._heard_at:.0f} s")
             self.longest_silence_s = max(self.longest_silence_s, heard_at - self._heard_at)
             self._silent = False
             self._heard_at = heard_at
         elif now > self._heard_at + SILENT_S and not self._silent:
             self._silent = True
-            yield (
+            yield Happened(
                 "link",
                 f"nothing heard for {SILENT_S:.0f} s; it flies on by itself; last: {self.known(now)}",
-                None,
             )
         self.longest_silence_s = max(self.longest_silence_s, now - self._heard_at)
 
@@ -145,7 +151,7 @@ class Watching:
         telemetry = self._telemetry
         if telemetry.armed_now and self._armed_at is None:
             self._armed_at = now
-            yield "vehicle", "armed", None
+            yield Happened("vehicle", "armed")
         beat_at = telemetry.heartbeat_at
         if beat_at is not None and beat_at > self._beat_at:
             blind = beat_at > self._beat_at + BLIND_S or self._unheard_at_end
@@ -159,21 +165,21 @@ class Watching:
                 self._off_at = beat_at
         if self.airborne and self._airborne_since is None:
             self._airborne_since = now
-            yield "air", "in the air", None
+            yield Happened("air", "in the air")
         if self._watch.reboots > self._reboots:
             self._reboots = self._watch.reboots
             self._restarted = True
-            yield "vehicle", "the autopilot has restarted", None
+            yield Happened("vehicle", "the autopilot has restarted")
         since, told_at = telemetry.on_ground_since, telemetry.on_ground_at
         if since is None or self._airborne_since is None or since <= self._airborne_since:
             self._landed_since = None
         elif told_at is not None and told_at >= since + TWICE_S and self._landed_since is None:
             self._landed_since = since
             if not self._stopped_told:
-                yield "air", "on the ground", since
+                yield Happened("air", "on the ground", since)
         if self._armed_at is not None and self._off_at is not None and not self._stopped_told:
             self._stopped_told = True
-            yield "vehicle", "the motors have stopped", self.off_since
+            yield Happened("vehicle", "the motors have stopped", self.off_since)
 
     def _modes(self, now: float) -> Iterator[Happened]:
         telemetry = self._telemetry
@@ -189,15 +195,14 @@ class Watching:
                 return  # the order itself is told
             back = self._foreign and mode == self._manners.mission_mode
             self._foreign = False
-            yield "mode", f"{name}: {'the mission goes on' if back else 'the mission leads there'}", None
+            yield Happened("mode", f"{name}: {'the mission goes on' if back else 'the mission leads there'}")
         elif self._is_surely_foreign(mode, now):
             self._mode_told = mode
             self._foreign = True
             self._progress.left_the_mission()
-            yield (
+            yield Happened(
                 "mode",
                 f"{name}: neither the mission nor you switched there, but a pilot, a station or a failsafe",
-                None,
             )
 
     def _is_surely_foreign(self, mode: int, now: float) -> bool:
@@ -211,7 +216,7 @@ class Watching:
         if self._watch.writes[0] > self._writes:
             self._writes = self._watch.writes[0]
             if not self.meddled:
-                yield "mission", "another ground station writes to the vehicle's mission", None
+                yield Happened("mission", "another ground station writes to the vehicle's mission")
             self.meddled = True
         mission = self._telemetry.mission
         if mission is None or mission.at <= self._other_at or mission.at < self._begun_at:
@@ -224,23 +229,23 @@ class Watching:
         self._other_mission = self._other_mission + 1 if other else 0
         if self._other_mission > 1 and not self._replaced and not self._progress.complete:
             self._replaced = True
-            yield "mission", "the vehicle holds another mission now", None
+            yield Happened("mission", "the vehicle holds another mission now")
 
     def _stops(self) -> Iterator[Happened]:
         progress = self._progress
         stops = len(progress.route.stops)
         if len(progress.skipped) > self._skipped_told:
             self._skipped_told = len(progress.skipped)
-            yield "mission", "the mission went on before a hold can have been over", None
+            yield Happened("mission", "the mission went on before a hold can have been over")
         done = progress.stops_done
         for stop in done[self._stops_told :]:
-            yield "stop", f"stop {stop.number} of {stops} done", None
+            yield Happened("stop", f"stop {stop.number} of {stops} done")
         self._stops_told = max(self._stops_told, len(done))
         here = progress.stop
         if here is not None and progress.holding and self._holding_at != here.number:
             self._holding_at = here.number
             served = f" for {', '.join(here.users)}" if here.users else ""
-            yield "stop", f"stop {here.number} of {stops}: holds {here.hold_s:g} s{served}", None
+            yield Happened("stop", f"stop {here.number} of {stops}: holds {here.hold_s:g} s{served}")
 
     # -- what is known ----------------------------------------------------------------------------------------
 

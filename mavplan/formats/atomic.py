@@ -127,11 +127,16 @@ def _flush_folder(folder: Path) -> None:
             os.close(descriptor)
 
 
+def no_folder(path: Path) -> Problem:
+    """Return what is wrong with a file whose folder is not there."""
+    return Problem(str(path), f"the folder {path.parent} does not exist: make it first", "no-folder")
+
+
 def _problem(path: Path, error: OSError) -> Problem:
     where = str(path)
     match error:
         case FileNotFoundError():
-            return Problem(where, f"the folder {path.parent} does not exist: make it first", "no-folder")
+            return no_folder(path)
         case NotADirectoryError():
             return Problem(where, f"{path.parent} is not a folder", "no-folder")
         case IsADirectoryError():

@@ -2,9 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from mavplan.scenario import sections
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +30,11 @@ class Wind:
 
     speed_m_s: float
     from_deg: float | None = None
+
+    @classmethod
+    def of(cls, section: "sections.Wind") -> "Wind | None":
+        """Return the wind of a scenario; None for still air."""
+        return cls(section.speed_m_s, section.from_deg) if section.speed_m_s > 0 else None
 
     def parts_m_s(self, steps_m: Floats) -> tuple[Floats, Floats]:
         """Return the head wind and the cross wind of (L, 2) legs, each (L,); a tail wind is below 0."""

@@ -28,6 +28,7 @@ from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.tloaik import tloaik
 from mavplan.planners.trajectory import Trajectory
 from mavplan.planners.wide_time import TOGETHER
+from mavplan.progress import Progress, tell_share
 from mavplan.radio import Channel, highest_altitude_m, planning_channel
 from mavplan.scenario.model import Scenario, Users
 
@@ -69,8 +70,8 @@ def imbalance(found: Trajectory, benchmark: Callable[[], Trajectory]) -> float:
 
 GROWTH = 4
 """A plan's time grows about so with its clusters: of 2,000 users half of it goes into the last tenth of them."""
-WHOLE = 1000
-"""What progress is told in."""
+SEARCHING = frozenset({"length", "time"})
+"""Planners that search until a time limit at the latest."""
 
 WITHOUT_CLUSTERS = frozenset({"length", "sbw"})
 """Planners that need no clustering, of their own or of others."""
@@ -88,7 +89,7 @@ PLANNERS: dict[str, Planner] = {
 }
 
 
-def plan_trajectory(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Trajectory:
+def plan_trajectory(scenario: Scenario, progress: Progress | None = None) -> Trajectory:
     """Run the scenario's planner and put its pinned stops in.
 
     Parameters
@@ -127,23 +128,22 @@ def _mission_times(scenario: Scenario, channel: Channel) -> MissionTimes:
     """Return what gives the mission times of plans."""
     from mavplan.inflight import counts_in_flight
 
-    wind = scenario.wind
     problem = TimeProblem.of(
         scenario.users,
         channel,
         scenario.vehicle,
         scenario.service,
-        wind=Wind(wind.speed_m_s, wind.from_deg) if wind.speed_m_s > 0 else None,
+        wind=Wind.of(scenario.wind),
         in_flight=counts_in_flight(scenario),
     )
     return lambda stops_m: problem.times(stops_m).total_s
 
 
-def _planned(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Trajectory:
+def _planned(scenario: Scenario, progress: Progress | None = None) -> Trajectory:
     """Return the plan of the scenario's planner, which knows nothing of pinned stops."""
     from mavplan.inflight import counts_in_flight
 
-    options, users, wind = scenario.planner, scenario.users, scenario.wind
+    options, users = scenario.planner, scenario.users
     planner = find_planner(options.name)
     channel = planning_channel(scenario)
     if channel.radius_m <= 0.0:
@@ -170,7 +170,7 @@ def _planned(scenario: Scenario, progress: Callable[[int, int], None] | None = N
             tried=(options.clusters,) if isinstance(options.clusters, int) else (),
             vehicle=scenario.vehicle,
             service=scenario.service,
-            wind=Wind(wind.speed_m_s, wind.from_deg) if wind.speed_m_s > 0 else None,
+            wind=Wind.of(scenario.wind),
             in_flight=counts_in_flight(scenario),
         )
         return planner.plan(users, channel, setting)
@@ -181,15 +181,14 @@ def _planned(scenario: Scenario, progress: Callable[[int, int], None] | None = N
         return run(options.clusters)
     benchmark = functools.cache(lambda: sbw(users, channel))
     tried = candidate_clusters(users, channel.radius_m)
+    work = [number**GROWTH for number in tried]
     best: tuple[float, Trajectory] | None = None
     for done, clusters in enumerate(tried, start=1):
         found = run(clusters)
         cost = planner.cost(found, benchmark)
         if best is None or cost < best[0]:
             best = cost, found
-        if progress is not None:
-            work = [number**GROWTH for number in tried]
-            progress(round(WHOLE * sum(work[:done]) / sum(work)), WHOLE)
+        tell_share(progress, sum(work[:done]) / sum(work))
     assert best is not None
     return best[1]
 

@@ -22,7 +22,7 @@ LEAST_GAIN = 1e-9
 def coarse_order(places_m: Floats, start_m: Floats, end_m: Floats | None) -> Ints:
     """Return (N,) an order of places (N, 2) for a path from a start to an end, or that ends anywhere."""
     if len(places_m) <= AT_ONCE:
-        return _ordered(places_m, start_m, end_m)
+        return ordered(places_m, start_m, end_m)
     groups = halved(places_m, AT_ONCE)
     middles = np.array([places_m[group].mean(axis=0) for group in groups])
     found: list[Ints] = []
@@ -30,12 +30,12 @@ def coarse_order(places_m: Floats, start_m: Floats, end_m: Floats | None) -> Int
     for at, group in enumerate(order.tolist()):
         members = groups[group]
         last = end_m if at + 1 == len(order) else middles[order[at + 1]]
-        found.append(members[_ordered(places_m[members], start_m, last)])
+        found.append(members[ordered(places_m[members], start_m, last)])
         start_m = places_m[found[-1][-1]]
     return np.concatenate(found)
 
 
-def _ordered(places_m: Floats, start_m: Floats, end_m: Floats | None) -> Ints:
+def ordered(places_m: Floats, start_m: Floats, end_m: Floats | None) -> Ints:
     """Return an order of some hundreds of places."""
     line = np.vstack([start_m, places_m, *([] if end_m is None else [end_m])])
     away = np.linalg.norm(line[:, None] - line[None], axis=2)

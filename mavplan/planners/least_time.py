@@ -6,6 +6,7 @@ plans of the paper's planners and short paths that come near everybody, `time_bo
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -18,7 +19,6 @@ from mavplan.errors import Problem
 from mavplan.planners.boaik import boaik
 from mavplan.planners.clustering import candidate_clusters, distinct_places
 from mavplan.planners.limits import Limits
-from mavplan.planners.ordering import from_origin
 from mavplan.planners.path_bound import shortest_path
 from mavplan.planners.path_problem import path_problem
 from mavplan.planners.setting import Setting
@@ -28,8 +28,9 @@ from mavplan.planners.time_certificate import time_certificate
 from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.time_search import TimeSearch
 from mavplan.planners.tloaik import tloaik
-from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.planners.trajectory import Trajectory, through
 from mavplan.planners.wide_time import TOGETHER, stops_of_many
+from mavplan.progress import Progress
 from mavplan.radio import Channel
 from mavplan.scenario.model import Floats, Users
 
@@ -103,31 +104,14 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     search.perturb(rounds, until(1.0))
     stops = _truly_best(problem, users, [_with_all_reached(problem, search.best_m), *papers])
     beside = _bound(problem, stops, bound, case)
-    return _through(users, channel, stops, _notes(beside, limits), beside)
+    return replace(through("time", users, channel, stops, bound=beside), notes=_notes(beside, limits))
 
 
 def _of_many(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     """Plan for more users than are searched together."""
     message = f"more than {TOGETHER:,} users are planned region by region: a short mission, of which nothing is proved"
     note = Problem("[planner] name", message, "no-bound", "warning")
-    return _through(users, channel, stops_of_many(users, channel, setting), (note,), None)
-
-
-def _through(
-    users: Users, channel: Channel, stops_m: Floats, notes: tuple[Problem, ...], bound: Bound | None
-) -> Trajectory:
-    path = from_origin(stops_m)
-    return Trajectory(
-        planner="time",
-        clusters=0,
-        path_m=path,
-        stop_at=np.arange(1, len(path)),
-        reference_m=np.empty((0, 2)),
-        assignment=assign(users, stops_m, channel, d2d=True),
-        radius_m=channel.radius_m,
-        notes=notes,
-        bound=bound,
-    )
+    return replace(through("time", users, channel, stops_of_many(users, channel, setting)), notes=(note,))
 
 
 def _papers_stops(users: Users, channel: Channel, setting: Setting) -> Iterator[Floats]:
@@ -173,11 +157,7 @@ def _exact_s(problem: TimeProblem, users: Users, stops_m: Floats) -> float:
     """Return the time of a plan with its in-flight service integrated; infinite where somebody is not reached."""
     from mavplan.inflight import received_in_flight
 
-    path = from_origin(stops_m)
-    served = assign(users, stops_m, problem.channel, d2d=True)
-    flown = Trajectory(
-        "time", 0, path, np.arange(1, len(path)), np.empty((0, 2)), served, problem.channel.radius_m
-    )
+    flown = through("time", users, problem.channel, stops_m)
     bits = received_in_flight(users.xy_m, flown, problem.channel, problem.vehicle, problem.flyer.rules)
     rates = problem.rates(stops_m[None])
     wants = problem.wants(np.asarray(rates.any(axis=1)), bits[None] * problem.need_s_per_bit)
@@ -211,9 +191,7 @@ def _bound(problem: TimeProblem, stops_m: Floats, found: TimeBound, case: TimeCa
     return Bound("mission_s", plan_s, min(found.seconds, plan_s), partial(_certificate, found, case))
 
 
-def _certificate(
-    found: TimeBound, case: TimeCase, _progress: Callable[[int, int], None] | None = None
-) -> dict[str, Any]:
+def _certificate(found: TimeBound, case: TimeCase, _progress: Progress | None = None) -> dict[str, Any]:
     """Return the proof for the plan's file, with what it proves: where it would be too long, less than is known."""
     written = to_json(time_certificate(found))
     proved_s = proved_time_s(from_json(written), case)

@@ -6,12 +6,13 @@ doi 10.1007/978-0-387-39934-8_16. Solved to proof by branch and bound, see `path
 """
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from mavplan.bounds import Bound, Progress
+from mavplan.bounds import Bound
 from mavplan.bounds.path import proved_length_m, to_json
 from mavplan.errors import Problem
 from mavplan.planners.limits import Limits
@@ -21,11 +22,12 @@ from mavplan.planners.path_certificate import path_certificate
 from mavplan.planners.path_problem import PathProblem, path_problem
 from mavplan.planners.path_stops import stops_on_path
 from mavplan.planners.setting import Setting
-from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.planners.trajectory import Trajectory, through
 from mavplan.planners.wide_path import REGION, wide_path
 from mavplan.planners.wide_stops import stops_on_long_path
+from mavplan.progress import Progress
 from mavplan.radio import Channel
-from mavplan.scenario.model import Floats, Users
+from mavplan.scenario.model import Users
 
 
 def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
@@ -49,7 +51,7 @@ def length(users: Users, channel: Channel, setting: Setting) -> Trajectory:
         bound=min(found.bound_m, way_m),
         certificate=partial(_certificate, found, users, channel.radius_m),
     )
-    return _through(users, channel, stops, _notes(found, setting.limits), bound)
+    return replace(through("length", users, channel, stops, bound=bound), notes=_notes(found, setting.limits))
 
 
 def _in_regions(users: Users, channel: Channel, setting: Setting, problem: PathProblem) -> Trajectory:
@@ -60,24 +62,7 @@ def _in_regions(users: Users, channel: Channel, setting: Setting, problem: PathP
         f"more than {REGION:,} users are planned region by region: a short path, of which nothing is proved"
     )
     note = Problem("[planner] name", message, "no-bound", "warning")
-    return _through(users, channel, stops, (note,), None)
-
-
-def _through(
-    users: Users, channel: Channel, stops_m: Floats, notes: tuple[Problem, ...], bound: Bound | None
-) -> Trajectory:
-    path = from_origin(stops_m)
-    return Trajectory(
-        planner="length",
-        clusters=0,
-        path_m=path,
-        stop_at=np.arange(1, len(path)),
-        reference_m=np.empty((0, 2)),
-        assignment=assign(users, stops_m, channel, d2d=True),
-        radius_m=channel.radius_m,
-        notes=notes,
-        bound=bound,
-    )
+    return replace(through("length", users, channel, stops), notes=(note,))
 
 
 def _certificate(

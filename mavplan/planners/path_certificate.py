@@ -4,7 +4,7 @@ What the search pruned is solved once more, each sequence made as short as the b
 sequences that contain its own. Where a search was cut off with too much to write down, the proof is of a smaller bound.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,9 +15,8 @@ from mavplan.planners.path_bound import PathBound
 from mavplan.planners.path_problem import PathProblem
 from mavplan.planners.path_search import PRUNED, Node, Sequence
 from mavplan.planners.touring import dual_bound_m, tour_discs, turns_of
+from mavplan.progress import Progress
 from mavplan.scenario.model import UNPAIRED, Floats, Ints
-
-Progress = Callable[[int, int], None]
 
 MOST_CASES = 30_000
 """Sequences to be proved by leaves: some five seconds, and a megabyte or two."""

@@ -1,6 +1,5 @@
 """What a planner is given beside users and channel: its options, settled for one run."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,13 +7,11 @@ import numpy as np
 from mavplan.mission.wind import Wind
 from mavplan.planners.limits import Limits
 from mavplan.planners.spread import Spread, lent
+from mavplan.progress import Progress, tell_share
 from mavplan.scenario.sections import Service, Solver, Vehicle
 
 NODES = 20_000
 """Nodes of a search where nobody says otherwise; some ten seconds."""
-
-PARTS = 1000
-"""Of the time limit, in which progress is told."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +46,7 @@ class Setting:
     solver: Solver = "closed-form"
     returns: bool = False
     limits: Limits = field(default_factory=lambda: Limits(nodes=NODES))
-    progress: Callable[[int, int], None] | None = None
+    progress: Progress | None = None
     seed: int = 0
     tried: tuple[int, ...] = ()
     vehicle: Vehicle = field(default_factory=Vehicle)
@@ -60,5 +57,4 @@ class Setting:
 
     def tell_limits(self) -> None:
         """Tell how much of the time limit is used up: a search ends with it at the latest."""
-        if self.progress is not None:
-            self.progress(round(PARTS * self.limits.used(0)), PARTS)
+        tell_share(self.progress, self.limits.used(0))

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mavplan.bounds.time_case import top_speed_m_s
+from mavplan.bounds.time_case import ending_s, top_speed_m_s
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.phases import Vehicle as Flyer
 from mavplan.mission.wind import Wind
@@ -174,10 +174,7 @@ class TimeProblem:
     @cached_property
     def home_s(self) -> float:
         """What ends the mission, but for the way home: seconds that no plan changes."""
-        flyer, height_m = self.flyer, self.vehicle.altitude_m
-        if self.vehicle.end == "rtl":
-            return flyer.come_home(np.zeros(2), height_m).seconds.total
-        return flyer.land(height_m).seconds.total if self.vehicle.end == "land" else 0.0
+        return ending_s(self.flyer, self.vehicle)
 
     def leg_s(self, steps_m: Floats, asked_m_s: float) -> Floats:
         """Return (...) the time of legs (..., 2) from rest until the hold at their end begins."""

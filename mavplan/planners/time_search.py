@@ -56,9 +56,6 @@ ALIKE, ALIKE_M = 2e-4, 20.0
 KeepGoing = Callable[[], bool]
 """Asked before each piece of work whether there is time for it."""
 
-Progress = Callable[[float], None]
-"""Called with the share of the work that is done."""
-
 
 @dataclass(eq=False)
 class TimeSearch:
@@ -107,16 +104,14 @@ class TimeSearch:
                 return
             self._keep(*self._improved(served[index], total_s))
 
-    def perturb(self, rounds: int, keep_going: KeepGoing, progress: Progress | None = None) -> None:
+    def perturb(self, rounds: int, keep_going: KeepGoing) -> None:
         """Perturb and improve the best plan ``rounds`` times, or until that was long in vain or time is up."""
         here_m, here_s = self.best_m, self.best_s
         in_vain = 0
-        for done in range(rounds):
+        for _ in range(rounds):
             if not keep_going() or in_vain >= VAIN * rounds:
                 break
             before_s = self.best_s
-            if progress is not None:
-                progress(done / rounds)
             repaired = self._repaired(self._perturbed(here_m, GONE + in_vain // GONE_MORE))
             stops, total_s = self._descended(repaired, self._time_s(repaired))
             if total_s < PROMISING * self.best_s and not _is_alike(stops, total_s, here_m, here_s):

@@ -1,6 +1,6 @@
 """A `Trajectory`, what every planner gives back: ordered stop points, and for every user who serves it and how."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -107,16 +107,43 @@ def shortest_steps(
     stops_m
         (M, 2) stops of both phases, in any order.
     """
-    path = from_origin(stops_m[minimum_path_order(stops_m)])
+    ordered_m = stops_m[minimum_path_order(stops_m)]
+    found = through(planner, users, channel, ordered_m, d2d=d2d)
+    return replace(found, clusters=clusters, reference_m=reference_m, notes=notes)
+
+
+def through(
+    planner: str,
+    users: Users,
+    channel: Channel,
+    stops_m: Floats,
+    *,
+    d2d: bool = True,
+    bound: Bound | None = None,
+) -> Trajectory:
+    """Return the trajectory from the origin straight through (M, 2) stops in this order, its users assigned."""
+    path = from_origin(stops_m)
     return Trajectory(
         planner=planner,
-        clusters=clusters,
+        clusters=0,
         path_m=path,
         stop_at=np.arange(1, len(path)),
-        reference_m=reference_m,
-        assignment=assign(users, path[1:], channel, d2d=d2d),
+        reference_m=np.empty((0, 2)),
+        assignment=assign(users, stops_m, channel, d2d=d2d),
         radius_m=channel.radius_m,
-        notes=notes,
+        bound=bound,
+    )
+
+
+def moved(found: Trajectory, users: Users, channel: Channel, stops_m: Floats) -> Trajectory:
+    """Return a trajectory with what else it says, but straight through other (M, 2) stops and for other users."""
+    other = through(found.planner, users, channel, stops_m)
+    return replace(
+        found,
+        path_m=other.path_m,
+        stop_at=other.stop_at,
+        assignment=other.assignment,
+        radius_m=other.radius_m,
     )
 
 

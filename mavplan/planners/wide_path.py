@@ -21,6 +21,7 @@ from mavplan.planners.quick_path import FIXED, JOIN, Pieces, improved
 from mavplan.planners.regions import shared_out
 from mavplan.planners.spread import Spread
 from mavplan.planners.touring import tour_discs
+from mavplan.progress import Progress, tell_share
 from mavplan.scenario.model import Bools, Floats, Ints
 
 REGION = 1000
@@ -40,9 +41,6 @@ TOURED = 12
 
 PRECISION = 1e-6
 
-PARTS = 1000
-"""In which progress is told, each time that the plane is cut."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Task:
@@ -59,7 +57,7 @@ def wide_path(
     problem: PathProblem,
     seed: int,
     spread: Spread,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Floats:
     """Return points (K, 2) of a path that meets all requirements, without its start and its given end.
 
@@ -79,8 +77,7 @@ def wide_path(
     efforts = [more * effort for effort in EFFORTS]
 
     def tell(share: float) -> None:
-        if progress is not None:
-            progress(round(PARTS * (rounds_done + share)), PARTS * len(EFFORTS))
+        tell_share(progress, (rounds_done + share) / len(EFFORTS))
 
     middles = problem.required.places_m[problem.required.choices].mean(axis=1)
     line, place = _made(problem, middles, (efforts[0], seed), spread, tell)
@@ -124,7 +121,7 @@ def _made(
     for number, (found, own) in enumerate(zip(spread(worked_out, tasks), regions, strict=True)):
         tell((number + 1) / len(tasks))
         lines.append(found.points_m[1:])
-        places.append(_of_all(found.place, required, own)[1:])
+        places.append(_of_all(found.place, np.unique(required.choices[own]))[1:])
         if number + 1 < len(regions):
             places[-1][-1] = JOIN
     return np.vstack(lines), np.concatenate(places)
@@ -142,9 +139,8 @@ def _doors(middles: Floats, regions: Sequence[Ints]) -> list[Floats]:
     return found
 
 
-def _of_all(place: Ints, required: Requirements, own: Ints) -> Ints:
-    """Return places of some requirements as numbered among all."""
-    kept = np.unique(required.choices[own])
+def _of_all(place: Ints, kept: Ints) -> Ints:
+    """Return places that are numbered among those kept as they are numbered among all."""
     found = place.copy()
     found[place >= 0] = kept[place[place >= 0]]
     return found
@@ -192,8 +188,7 @@ def _recut(
         new_lines, new_places = np.split(found.points_m, bounds), np.split(found.place, bounds)
         for run, new_line, new_place in zip(by_cell[cell], new_lines, new_places, strict=True):
             at = run_at[int(run[0])]
-            numbered = new_place.copy()
-            numbered[new_place >= 0] = kept[new_place[new_place >= 0]]
+            numbered = _of_all(new_place, kept)
             numbered[0] = place[run[0]]
             if not (task.pieces.open_end and run[-1] == len(line) - 1):
                 numbered[-1] = place[run[-1]]

@@ -19,6 +19,7 @@ from mavplan.planners.time_search import TimeSearch
 from mavplan.planners.trajectory import assign
 from mavplan.planners.wide_path import wide_path
 from mavplan.planners.wide_stops import stops_on_long_path
+from mavplan.progress import tell_share
 from mavplan.radio import Channel
 from mavplan.scenario.model import Floats, Users
 
@@ -39,8 +40,6 @@ MANY = 5000
 
 PATH_PART = 0.5
 """Of the work, for progress."""
-
-PARTS = 1000
 
 RETURN = 0.0
 """As the speed of a way on: as fast as the vehicle returns."""
@@ -66,8 +65,7 @@ def stops_of_many(users: Users, channel: Channel, setting: Setting) -> Floats:
     """Return stops (M, 2) in flying order, from which each user or its mate is reached."""
 
     def tell(share: float) -> None:
-        if setting.progress is not None:
-            setting.progress(round(PARTS * share), PARTS)
+        tell_share(setting.progress, share)
 
     problem = path_problem(users.xy_m, channel.radius_m, returns=setting.returns, mate=users.mate)
     needed = problem.without_met()

@@ -11,7 +11,7 @@ import numpy as np
 
 from mavplan import __version__
 from mavplan.report.axes import clock_step_s, marks, round_step
-from mavplan.report.content import ReportContent
+from mavplan.report.rows import ReportContent
 
 if TYPE_CHECKING:
     from jinja2 import Template

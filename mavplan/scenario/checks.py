@@ -32,6 +32,9 @@ MAX_DISTANCE_M = 100_000.0
 """Users further from home than this are a slip of the pen, and the local plane is not made for them."""
 
 
+AT_MOST = f"at most {MAX_DISTANCE_M / 1000:,.0f} km is allowed"
+
+
 def check_altitude(radio: Radio, vehicle: Vehicle, service: Service, label: str, report: Report) -> None:
     """Note an altitude from which nobody on the ground is reached, and the altitude at which that ends."""
     error_m, kept = planning_error_m(vehicle, service), planning_radio(radio)
@@ -113,13 +116,10 @@ def check_distances(
     """
     far_m = _distance_m(users.lat_deg, users.lon_deg, home)
     if len(far_m) >= MANY and (far_m > MAX_DISTANCE_M).all():
-        _all_are_far(far_m, f"at most {MAX_DISTANCE_M / 1000:,.0f} km is allowed", users, home, label, report)
+        _all_are_far(far_m, AT_MOST, users, home, label, report)
         return
     for i in np.flatnonzero(far_m > MAX_DISTANCE_M):
-        message = (
-            f"{users.names[i]} is {far_m[i] / 1000:,.1f} km from home; at most {MAX_DISTANCE_M / 1000:,.0f} km "
-            f"is allowed{swapped_hint(users.lat_deg[i], users.lon_deg[i], home)}"
-        )
+        message = too_far(users.names[i], far_m[i], users.lat_deg[i], users.lon_deg[i], home)
         report.error(users.places[i], message, "too-far")
     if reach is None:
         return
@@ -177,11 +177,7 @@ def check_stops(
             continue  # a problem that is noted already
         far_m = float(geodesic_distance_m(home.lat_deg, home.lon_deg, lat_deg, lon_deg))
         if far_m > MAX_DISTANCE_M:
-            message = (
-                f"{stop.name} is {far_m / 1000:,.1f} km from home; at most {MAX_DISTANCE_M / 1000:,.0f} km "
-                f"is allowed{swapped_hint(lat_deg, lon_deg, home)}"
-            )
-            report.error(where, message, "too-far")
+            report.error(where, too_far(stop.name, far_m, lat_deg, lon_deg, home), "too-far")
         for name, other_lat_deg, other_lon_deg in placed:
             if geodesic_distance_m(lat_deg, lon_deg, other_lat_deg, other_lon_deg) < LEAST_APART_M:
                 report.error(where, f"is at the same place as the pinned stop {shown(name)}", "duplicate")
@@ -230,6 +226,11 @@ def _distance_m(
     if known.any():
         distance_m[known] = geodesic_distance_m(home.lat_deg, home.lon_deg, lat_deg[known], lon_deg[known])
     return distance_m
+
+
+def too_far(what: str, far_m: float, lat_deg: float, lon_deg: float, home: Home) -> str:
+    """Return what is wrong with a place further from home than `MAX_DISTANCE_M`."""
+    return f"{what} is {far_m / 1000:,.1f} km from home; {AT_MOST}{swapped_hint(lat_deg, lon_deg, home)}"
 
 
 def swapped_hint(lat_deg: float, lon_deg: float, home: Home) -> str:

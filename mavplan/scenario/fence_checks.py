@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from mavplan.geo import LocalPlane, geodesic_distance_m
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.geofence import FenceArea, FencePolygon, RallyPoint
-from mavplan.scenario.checks import MAX_DISTANCE_M, swapped_hint
+from mavplan.scenario.checks import MAX_DISTANCE_M, too_far
 from mavplan.scenario.lists import ListedThings
 from mavplan.scenario.report import Report, figure
 from mavplan.scenario.sections import FenceOptions, Home, Vehicle
@@ -23,10 +23,7 @@ def check_fence_places(
         lat_deg, lon_deg = lat_e7 / 1e7, lon_e7 / 1e7
         far_m = float(geodesic_distance_m(home.lat_deg, home.lon_deg, lat_deg, lon_deg))
         if far_m > MAX_DISTANCE_M:
-            message = (
-                f"{figure(lat_deg)}, {figure(lon_deg)} is {far_m / 1000:,.1f} km from home; at most "
-                f"{MAX_DISTANCE_M / 1000:,.0f} km is allowed{swapped_hint(lat_deg, lon_deg, home)}"
-            )
+            message = too_far(f"{figure(lat_deg)}, {figure(lon_deg)}", far_m, lat_deg, lon_deg, home)
             report.error(f"{label}, {place}", message, "too-far")
             return  # a swap is one slip of the pen, and says nothing about the rest
     if things.fence is None and things.no_fly is None:

@@ -1,5 +1,6 @@
 """Reading fence areas, no-fly zones and rally points: lists of tables, every problem noted."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -69,11 +70,7 @@ def _vehicles(found: Any, label: str, report: Report) -> tuple[FleetVehicle, ...
         if values is None:
             continue
         vehicle = FleetVehicle(**{**values, "name": _printable(values.get("name", "")) or place})
-        for key in ("name", "system"):
-            value = getattr(vehicle, key)
-            if value is not None and value in [getattr(other, key) for other in vehicles]:
-                message = f"found {shown(value)}, which another vehicle has too; they must differ"
-                report.error(f"{label}, {place} {key}", message, "duplicate")
+        _note_same(("name", "system"), vehicle, vehicles, "another vehicle", f"{label}, {place}", report)
         vehicles.append(vehicle)
     return tuple(vehicles)
 
@@ -93,13 +90,20 @@ def _stops(found: Any, label: str, report: Report) -> tuple[PinnedStop, ...]:
         number = place.removeprefix("[[stops]] ")
         name = _printable(values.get("name", "")) or _printable(values.get("user", "")) or f"pinned {number}"
         stop = PinnedStop(**{**values, "name": name})
-        for key in ("name", "order", "user"):
-            value = getattr(stop, key)
-            if value is not None and value in [getattr(other, key) for other in stops]:
-                message = f"found {shown(value)}, which another pinned stop has too; they must differ"
-                report.error(f"{label}, {place} {key}", message, "duplicate")
+        _note_same(("name", "order", "user"), stop, stops, "another pinned stop", f"{label}, {place}", report)
         stops.append(stop)
     return tuple(stops)
+
+
+def _note_same(
+    keys: Sequence[str], thing: object, others: Sequence[object], other: str, where: str, report: Report
+) -> None:
+    """Note what a thing has in common with others from which it must differ in each of these keys."""
+    for key in keys:
+        value = getattr(thing, key)
+        if value is not None and value in [getattr(one, key) for one in others]:
+            message = f"found {shown(value)}, which {other} has too; they must differ"
+            report.error(f"{where} {key}", message, "duplicate")
 
 
 def _fence(areas: list[FenceArea]) -> Fence | None:

@@ -1,6 +1,7 @@
 """A `Scenario`: what a planner gets. Users in local metres, everything checked, nothing read from anywhere."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,3 +110,24 @@ class Scenario:
     terrain: Terrain | None = None
     search_altitude: bool = False
     warnings: tuple[Problem, ...] = ()
+
+    @property
+    def over_ground(self) -> bool:
+        """Whether it is planned over real ground, read already or not."""
+        return self.terrain is not None or self.terrain_options.file is not None
+
+    def left_over(self, left: Bools, left_bit: Floats) -> "Scenario":
+        """Return the scenario of the users that are left, with mates that may relay; pinned stops are left out.
+
+        Parameters
+        ----------
+        left
+            (N,) whether a user is left.
+        left_bit
+            (N,) what it still needs.
+        """
+        users, kept = self.users, left.copy()
+        kept[users.mate[left & (users.mate != UNPAIRED)]] = True
+        rest = users.some(np.flatnonzero(kept), np.where(left, left_bit, 0.0))
+        matching: Literal["given", "none"] = "given" if (rest.mate != UNPAIRED).any() else "none"
+        return replace(self, users=rest, d2d=replace(self.d2d, matching=matching), stops=(), warnings=())

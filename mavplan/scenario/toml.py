@@ -20,6 +20,7 @@ from mavplan.scenario.checks import (
 )
 from mavplan.scenario.fence_checks import check_fence_places, check_heights
 from mavplan.scenario.files import decode, read_text
+from mavplan.scenario.kinds import ENDINGS
 from mavplan.scenario.lists import ListedThings, read_lists
 from mavplan.scenario.model import Scenario, Users
 from mavplan.scenario.reference import AREA_LISTS, SECTIONS, keys_of
@@ -48,9 +49,9 @@ _USERS = (
     "holds users, not a scenario: name it in a scenario as users = \"…\"; 'mavplan init FOLDER' writes one"
 )
 _MISSION = "is a mission, not a scenario: 'mavplan check', 'export' and 'report' take it"
-NO_SCENARIO = dict.fromkeys(
-    (".csv", ".tsv", ".xlsx", ".geojson", ".kml", ".kmz", ".gpx"), _USERS
-) | dict.fromkeys((".plan", ".waypoints", ".json"), _MISSION)
+NO_SCENARIO = {ending: _USERS for ending in ENDINGS if ending != ".txt"} | dict.fromkeys(
+    (".plan", ".waypoints", ".json"), _MISSION
+)
 """What to say of a file by whose suffix it is none."""
 
 

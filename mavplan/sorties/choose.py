@@ -9,7 +9,6 @@ those that nobody needs left out.
 from bisect import bisect_left, insort
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 
@@ -17,13 +16,12 @@ from mavplan.errors import InputError, Problem
 from mavplan.hover import hold_times
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.plan import HoverStyle, Plan
-from mavplan.planners.ordering import from_origin
 from mavplan.planners.pinned import NO_PIN, pins_of
-from mavplan.planners.trajectory import assign
+from mavplan.planners.trajectory import moved
 from mavplan.radio import planning_channel
-from mavplan.scenario.model import UNPAIRED, Bools, Floats, Scenario
+from mavplan.scenario.model import UNPAIRED, Floats
 from mavplan.sorties.make import Sorties, cut, finished, too_far_problem
-from mavplan.sorties.share import Share
+from mavplan.sorties.share import ALONE, Share
 from mavplan.sorties.split import split, unreachable, with_caution
 from mavplan.sorties.ways import Budget, Ways
 
@@ -69,16 +67,12 @@ def most_weighted(whole: Plan, budget: Budget, most: int, hover: HoverStyle) -> 
     if not left.any():
         return Sorties(whole, finished(whole, found, hover))
     names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
-    return Sorties(whole, finished(whole, found, hover, names), names, _rest(scenario, left))
-
-
-def _rest(scenario: Scenario, left: Bools) -> Scenario:
-    """Return the scenario of the users that are left, with mates that may relay."""
-    users, kept = scenario.users, left.copy()
-    kept[users.mate[left & (users.mate != UNPAIRED)]] = True
-    rest = users.some(np.flatnonzero(kept), np.where(left, users.demand_bit, 0.0))
-    matching: Literal["given", "none"] = "given" if (rest.mate != UNPAIRED).any() else "none"
-    return replace(scenario, users=rest, d2d=replace(scenario.d2d, matching=matching), stops=(), warnings=())
+    return Sorties(
+        whole,
+        finished(whole, found, hover, names),
+        names,
+        scenario.left_over(left, scenario.users.demand_bit),
+    )
 
 
 @dataclass(frozen=True)
@@ -171,11 +165,7 @@ class _Choice:
         """Return the choice and whoever still fits where stops share what a user receives, and its sorties."""
         found = self._shares(chosen, shared=True) or self._shares(chosen, shared=False)
         if found is None and self._pinned_s:
-            message = (
-                "one of them would have a sortie of its own in which nobody is served, and a flight is planned for "
-                "somebody: pin it nearer to users, or give the vehicle a bigger battery"
-            )
-            raise InputError([Problem("[[stops]]", message, "stop-alone")])
+            raise InputError([Problem("[[stops]]", f"one of them {ALONE}", "stop-alone")])
         if found is None:
             raise AssertionError("a choice that fits has no sorties")
         outside = sorted(set(range(len(self.units))) - set(chosen), key=self._dearness)
@@ -268,14 +258,8 @@ class _Choice:
         users = whole.scenario.users.some(kept, whole.scenario.users.demand_bit)
         scenario = replace(whole.scenario, users=users)
         stops_m: Floats = whole.trajectory.stops_m[stops]
-        path = from_origin(stops_m)
-        trajectory = replace(
-            whole.trajectory,
-            path_m=path,
-            stop_at=np.arange(1, len(path)),
-            assignment=assign(users, stops_m, planning_channel(scenario), d2d=True),
-            bound=None,
-        )
+        flown = moved(whole.trajectory, users, planning_channel(scenario), stops_m)
+        trajectory = replace(flown, bound=None)
         ways = Ways(scenario, stops_m)
         if unreachable(ways, self._budget, self._rules):
             return None

@@ -1,6 +1,5 @@
 """From a scenario to its sorties: one plan, cut where the battery ends, each part made into a mission of its own."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +11,7 @@ from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
 from mavplan.planners.trajectory import Trajectory
+from mavplan.progress import Progress
 from mavplan.scenario.model import Scenario
 from mavplan.sorties.share import Share, shares
 from mavplan.sorties.split import TooFar, split, unreachable, with_caution
@@ -52,7 +52,7 @@ def plan_sorties(
     scenario: Scenario,
     hover: HoverStyle = "waypoint+loiter",
     most: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Sorties:
     """Plan a scenario and cut the plan into sorties.
 
@@ -109,7 +109,7 @@ def needed_budget(scenario: Scenario) -> Budget:
     if budget is None:
         message = "sorties need what a battery gives: set endurance_s, or battery_wh and mass_kg"
         raise InputError([Problem("[vehicle]", message, "no-battery")])
-    if scenario.terrain is not None or scenario.terrain_options.file is not None:
+    if scenario.over_ground:
         message = "sorties are cut over flat ground only: leave the file out, or plan one flight"
         raise InputError([Problem("[terrain] file", message, "sorties-terrain")])
     return budget

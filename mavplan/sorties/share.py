@@ -15,7 +15,7 @@ from mavplan.inflight import counts_in_flight, received_in_flight
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.planners.ordering import from_origin
 from mavplan.planners.pinned import NO_PIN, pins_of
-from mavplan.planners.trajectory import Trajectory, assign
+from mavplan.planners.trajectory import Trajectory, moved
 from mavplan.radio import Channel, planning_channel
 from mavplan.scenario.model import Bools, Floats, Ints, Scenario
 from mavplan.scenario.sections import PinnedStop
@@ -64,26 +64,21 @@ def shares(
             raise InputError([_nobody_there(scenario, int(here[here != NO_PIN][0]))])
         some = _sub_scenario(scenario, trajectory, parts_bit[:, : number + 1], served[:, number])
         some = replace(some, stops=_pinned_parts(scenario, here, leaf))
-        path = from_origin(trajectory.stops_m[list(leaf.stops)])
-        flown = replace(
-            trajectory,
-            path_m=path,
-            stop_at=np.arange(1, len(path)),
-            assignment=assign(some.users, path[1:], channel, d2d=True),
-            reference_m=np.empty((0, 2)),
-            notes=(),
-            bound=None,
-        )
+        flown = moved(trajectory, some.users, channel, trajectory.stops_m[list(leaf.stops)])
+        flown = replace(flown, reference_m=np.empty((0, 2)), notes=(), bound=None)
         found.append(Share(some, flown, _held(some, flown, leaf, holds, rules)))
     return found
 
 
+ALONE = (
+    "would have a sortie of its own in which nobody is served, and a flight is planned for somebody: pin it nearer to "
+    "users, or give the vehicle a bigger battery"
+)
+"""What is wrong with a pinned stop that no sortie with users can take along."""
+
+
 def _nobody_there(scenario: Scenario, pin: int) -> Problem:
-    message = (
-        "would have a sortie of its own in which nobody is served, and a flight is planned for somebody: pin it "
-        "nearer to users, or give the vehicle a bigger battery"
-    )
-    return Problem(scenario.stops[pin].name, message, "stop-alone")
+    return Problem(scenario.stops[pin].name, ALONE, "stop-alone")
 
 
 def _pinned_parts(scenario: Scenario, pins: Ints, leaf: Leaf) -> tuple[PinnedStop, ...]:

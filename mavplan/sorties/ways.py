@@ -71,14 +71,14 @@ class Ways:
     """
 
     def __init__(self, scenario: Scenario, stops_m: Floats) -> None:
-        vehicle, wind = scenario.vehicle, scenario.wind
+        vehicle = scenario.vehicle
         self._stops_m = stops_m
         self._height_m, self._speed_m_s = vehicle.altitude_m, vehicle.speed_m_s
         self._vehicle = Vehicle(
             AUTOPILOTS[vehicle.autopilot],
             vehicle.acceleration_m_s2,
             None if vehicle.mass_kg is None else rotor_of(vehicle.mass_kg),
-            Wind(wind.speed_m_s, wind.from_deg) if wind.speed_m_s > 0 else None,
+            Wind.of(scenario.wind),
         )
         self._routes, self._out = None, None
         if scenario.no_fly is not None:

@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mavplan.planners.one_thread import one_thread
+from mavplan.progress import Progress
 from mavplan.study.cases import Case, Row, run_case
 from mavplan.study.settings import Settings
 from mavplan.study.store import open_store
 from mavplan.workers.crew import crew_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from mavplan.errors import Problem
 
 Task = tuple[Case, tuple[str, ...]]
@@ -33,7 +32,7 @@ def run_study(
     *,
     jobs: int | None = None,
     cluster: str | None = None,
-    progress: "Callable[[int, int], None] | None" = None,
+    progress: "Progress | None" = None,
 ) -> "tuple[list[Row], tuple[Problem, ...]]":
     """Run what is missing of a study and return all of it.
 

@@ -14,10 +14,7 @@ from mavplan.bounds.path import CertificateError
 from mavplan.bounds.stored import prove_bound
 from mavplan.bounds.time import TimeCertificate, from_json, highest_sum, proved_time_s, to_json
 from mavplan.bounds.time_case import TimeCase
-from mavplan.hover import hold_times
 from mavplan.inflight import counts_in_flight
-from mavplan.mission.autopilots import AUTOPILOTS
-from mavplan.mission.forecast import forecast
 from mavplan.plan import make_plan
 from mavplan.plan_file import dumps
 from mavplan.planners import PLANNERS, plan_trajectory
@@ -27,7 +24,7 @@ from mavplan.planners.time_problem import TimeProblem
 from mavplan.radio import planning_channel
 from mavplan.scenario import UNPAIRED
 from mavplan.stored_plan import parse_plan
-from tests.support import make_scenario, user_fields
+from tests.support import make_scenario, mission_s_of, user_fields
 
 OTHERS = tuple(name for name in PLANNERS if name != "time")
 
@@ -64,22 +61,8 @@ def flown_s(scenario, name):
     planned = dataclasses.replace(
         scenario, planner=dataclasses.replace(scenario.planner, name=name, time_limit_s=1.0)
     )
-    trajectory, vehicle = plan_trajectory(planned), scenario.vehicle
-    rules = AUTOPILOTS[vehicle.autopilot]
-    asked_s = hold_times(scenario, trajectory, rules).asked_s
-    holds: list[float | None] = [None] * (len(trajectory.path_m) - 1)
-    for at, hold_s in zip(trajectory.stop_at, asked_s.tolist(), strict=True):
-        holds[at - 1] = hold_s
-    flown = forecast(
-        trajectory.path_m[1:],
-        holds,
-        rules=rules,
-        altitude_m=vehicle.altitude_m,
-        speed_m_s=vehicle.speed_m_s,
-        acceleration_m_s2=vehicle.acceleration_m_s2,
-        end=vehicle.end,
-    )
-    return flown.mission_s, trajectory.stops_m
+    trajectory = plan_trajectory(planned)
+    return mission_s_of(scenario, trajectory), trajectory.stops_m
 
 
 @settings(max_examples=12)

@@ -6,15 +6,12 @@ import importlib
 import numpy as np
 import pytest
 
-from mavplan.hover import hold_times
-from mavplan.mission.autopilots import AUTOPILOTS
-from mavplan.mission.forecast import forecast
 from mavplan.plan import make_plan
 from mavplan.planners import plan_trajectory, time_bound, time_search
 from mavplan.planners.time_search import TimeSearch
 from mavplan.radio import planning_channel
 from mavplan.scenario import Service, Wind
-from tests.support import make_scenario
+from tests.support import make_scenario, mission_s_of
 
 module = importlib.import_module("mavplan.planners.least_time")
 
@@ -42,24 +39,6 @@ def at_once(xy_m, *, in_flight=False, planner="time", **options):
     return dataclasses.replace(scenario, service=dataclasses.replace(scenario.service, in_flight=counts))
 
 
-def mission_s(scenario, trajectory):
-    """Time of a mission before rounding, by forecast and hover programme."""
-    vehicle, rules = scenario.vehicle, AUTOPILOTS[scenario.vehicle.autopilot]
-    asked_s = hold_times(scenario, trajectory, rules).asked_s
-    holds: list[float | None] = [None] * (len(trajectory.path_m) - 1)
-    for at, hold_s in zip(trajectory.stop_at, asked_s.tolist(), strict=True):
-        holds[at - 1] = hold_s
-    return forecast(
-        trajectory.path_m[1:],
-        holds,
-        rules=rules,
-        altitude_m=vehicle.altitude_m,
-        speed_m_s=vehicle.speed_m_s,
-        acceleration_m_s2=vehicle.acceleration_m_s2,
-        end=vehicle.end,
-    ).mission_s
-
-
 def scattered(seed, users=10, **options):
     rng = np.random.default_rng(seed)
     return at_once(rng.uniform(0, 1600, (users, 2)), seed=seed, **options)
@@ -72,7 +51,7 @@ def test_a_lone_user_is_served_from_where_way_and_hover_balance():
     along = np.linspace(0, 900, 90_001)
     times = along / 10 + 300.0 / channel.air_rate(900 - along)
     best = times[900 - along <= channel.radius_m].min()
-    flight_and_hover = mission_s(scenario, found) - make_plan(scenario).forecast.takeoff_s
+    flight_and_hover = mission_s_of(scenario, found) - make_plan(scenario).forecast.takeoff_s
     assert flight_and_hover == pytest.approx(best, rel=1e-4)
     assert found.bound.gap < 2e-3
 
@@ -89,11 +68,11 @@ def test_it_is_never_longer_than_the_papers_planners_with_the_same_service(in_fl
         ({}, {"end": "rtl", "acceleration_m_s2": None}, {"demand_mbit": 120.0, "autopilot": "px4"})
     ):
         scenario = scattered(seed, in_flight=in_flight, clusters=clusters, **options)
-        least_s = mission_s(scenario, plan_trajectory(scenario))
+        least_s = mission_s_of(scenario, plan_trajectory(scenario))
         for name in ("tloaik", "stoaik", "boaik"):
             other = dataclasses.replace(scenario, planner=dataclasses.replace(scenario.planner, name=name))
             # In flight a table stands for the integral while plans are compared.
-            assert least_s <= mission_s(scenario, plan_trajectory(other)) + 1e-2
+            assert least_s <= mission_s_of(scenario, plan_trajectory(other)) + 1e-2
 
 
 @pytest.mark.parametrize("mode", ["broadcast", "tdma"])
@@ -105,7 +84,7 @@ def test_everybody_is_served_and_the_bound_is_not_above_the_plan(mode, end):
         assert found.assignment.served.all()
         assert found.bound.objective == "mission_s"
         assert 0 < found.bound.bound <= found.bound.plan
-        assert found.bound.plan == pytest.approx(mission_s(scenario, found), rel=2e-3)
+        assert found.bound.plan == pytest.approx(mission_s_of(scenario, found), rel=2e-3)
         assert found.bound.gap < 0.3
 
 
@@ -180,4 +159,4 @@ def test_a_search_keeps_the_best_plan_it_was_given(monkeypatch):
     found = plan_trajectory(scenario)
     for name in ("tloaik", "stoaik", "boaik"):
         other = dataclasses.replace(scenario, planner=dataclasses.replace(scenario.planner, name=name))
-        assert mission_s(scenario, found) <= mission_s(scenario, plan_trajectory(other)) + 1e-6
+        assert mission_s_of(scenario, found) <= mission_s_of(scenario, plan_trajectory(other)) + 1e-6

@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavplan.errors import InputError
-from mavplan.planners import PLANNERS, WHOLE, plan_trajectory
+from mavplan.planners import PLANNERS, plan_trajectory
 from mavplan.planners.selection import nearest_to_reference, supplementary_stops
 from mavplan.planners.setting import Setting
+from mavplan.progress import PARTS
 from mavplan.radio import Channel
 from mavplan.scenario import D2D, UNPAIRED, Radio
 from tests.support import make_scenario, make_users, user_fields
@@ -108,8 +109,8 @@ def test_progress_is_told_for_every_number_of_clusters():
         make_scenario([[0, 0], [900, 0]], clusters="auto"), lambda done, todo: told.append((done, todo))
     )
     assert len(told) == 2
-    assert told[-1] == (WHOLE, WHOLE)
-    assert 0 < told[0][0] < WHOLE / 10  # one cluster is planned in no time beside two
+    assert told[-1] == (PARTS, PARTS)
+    assert 0 < told[0][0] < PARTS / 10  # one cluster is planned in no time beside two
 
 
 def test_an_unknown_planner_is_refused_with_the_names_there_are():
