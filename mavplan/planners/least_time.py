@@ -37,25 +37,25 @@ from mavplan.scenario.model import Floats, Users
 PAPERS = (tloaik, stoaik, boaik)
 """Whose plans are starting points."""
 
-NEARER = (1.0, 0.95, 0.85, 0.7, 0.5, 0.3)
+NEARER, NEARER_IN_FLIGHT = (1.0, 0.97, 0.94, 0.9, 0.8, 0.7, 0.5, 0.3), (1.0, 0.95, 0.85, 0.7, 0.5, 0.3)
 """Paths that come within these parts of R of everybody are starting points: the greater the demand the nearer."""
 
-PATH_NODES = 400
+PATH_NODES = 200
 """Of the search for each of these paths."""
 
 ROUNDS, ROUNDS_IN_FLIGHT = 100, 80
 """Perturbations before the bound is sought, and as many after."""
 
-SEARCHED = 0.5
-BOUNDED = 0.75
-"""Shares of the time limit at which the first search and the bound end; what is left is for the second search."""
+SEARCHED, PRICED, BOUNDED = 0.5, 0.66, 0.75
+"""Shares of the time limit at which the first search, the prices of the bound and the bound end; what is left is for
+the second search."""
 
 DOUBTFUL, DOUBTED = 0.02, 4
 """Plans of the paper's planners whose time is above the best by less than this part, and how many of them, are
 compared with it once more by exact integrals."""
 
 FROM_BOUND = 6
-"""Paths met on the way to the bound that become starting points."""
+"""Paths met on the way to the bound that are improved."""
 
 
 def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
@@ -93,13 +93,14 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
     papers = list(_papers_stops(users, channel, setting))
     rounds = ROUNDS_IN_FLIGHT if problem.in_flight else ROUNDS
     search.consider(papers, until(SEARCHED))
-    for stops in _near_paths(users, channel, setting):
+    near = list(_near_paths(users, channel, setting))
+    for stops in near:
         search.consider([stops], until(SEARCHED))
     search.perturb(rounds, until(SEARCHED))
     case = TimeCase.of(
         users, channel, setting.vehicle, service, wind=setting.wind, in_flight=setting.in_flight
     )
-    bound = time_bound(problem, case, [search.best_m], until(BOUNDED))
+    bound = time_bound(problem, case, [search.best_m, *near], until(BOUNDED), until(PRICED))
     search.consider([path for path in bound.paths if len(path)], until(1.0), FROM_BOUND)
     search.perturb(rounds, until(1.0))
     stops = _truly_best(problem, users, [_with_all_reached(problem, search.best_m), *papers])
@@ -127,7 +128,7 @@ def _papers_stops(users: Users, channel: Channel, setting: Setting) -> Iterator[
 def _near_paths(users: Users, channel: Channel, setting: Setting) -> Iterator[Floats]:
     """Yield the points of short paths that come near everybody."""
     returns = setting.vehicle.end == "rtl"
-    for part in NEARER:
+    for part in NEARER_IN_FLIGHT if setting.in_flight else NEARER:
         setting.tell_limits()
         problem = path_problem(users.xy_m, part * channel.radius_m, returns=returns, mate=users.mate)
         limits = Limits(seconds=_left_s(setting.limits), nodes=PATH_NODES)

@@ -14,7 +14,8 @@ from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.toll_curve import Curve
 from mavplan.planners.toll_plateau import Payers, Plateau, highest_sum
 from mavplan.planners.toll_prices import PriceProgramme, Prices
-from mavplan.planners.toll_search import TollProblem, TollSearch, distances_m, reaching_all
+from mavplan.planners.toll_problem import TollProblem, distances_m, reaching_all
+from mavplan.planners.toll_search import TollSearch
 from mavplan.scenario.model import UNPAIRED, Floats, Ints
 
 ROUNDS = 14
@@ -32,8 +33,9 @@ SLACK = 5e-4
 STEP = 0.6
 """Part of the way from the best prices so far to those of the programme: these swing."""
 
-ROUND_NODES, MOST_NODES = 3_000, 30_000
-"""Of a round's search for the cheapest path, and of the best one when it goes on at last."""
+FIRST_NODES, ROUND_NODES, DEEPER, MOST_NODES = 300, 3_000, 4, 60_000
+"""Of the search for the shortest path, of a round's for the cheapest one, how many times as many where that has not
+found one that is cheaper than was promised, and of the best search when it goes on at last."""
 
 TOUCH = 5e-4
 """The sum of prices may be found so far above what is allowed; then all prices are lowered by as much."""
@@ -104,7 +106,11 @@ def members_of(problem: TimeProblem) -> Ints:
 
 
 def time_bound(
-    problem: TimeProblem, case: TimeCase, plans_m: Sequence[Floats], keep_going: Callable[[], bool]
+    problem: TimeProblem,
+    case: TimeCase,
+    plans_m: Sequence[Floats],
+    keep_going: Callable[[], bool],
+    go_round: Callable[[], bool] | None = None,
 ) -> TimeBound:
     """Return a lower bound on the time of every plan.
 
@@ -113,21 +119,27 @@ def time_bound(
     problem, case
         The same, for plans and for their bound.
     plans_m
-        (M, 2) stops of good plans, the best first: the bound is aimed at its time.
-    keep_going
-        Asked before each piece of work whether there is time for it.
+        (M, 2) stops of good plans, the best first: the bound is aimed at its time, and the first prices at all.
+    keep_going, go_round
+        Asked before each piece of work whether there is time for it, and whether there is for better prices, which
+        begin to search anew.
     """
+    go_round = go_round or keep_going
     members, curve = members_of(problem), Curve.of(problem.channel)
     users = len(problem.need_s)
     plan_s = problem.takeoff_s + float(problem.times(plans_m[0][None]).total_s[0])
     paths: list[Floats] = []
 
-    def proved(prices: Prices) -> TimeBound:
+    def proved(prices: Prices, promised_s: float, nodes: int = ROUND_NODES) -> TimeBound:
         beside = case.beside_s(prices.share)
         search = TollSearch(toll_problem(problem, members, curve, prices), plan_s - beside)
-        search.run(SLACK * plan_s, lambda: search.nodes < ROUND_NODES and keep_going())
-        if len(search.promising):
-            paths.append(reaching_all(search.problem, search.promising))
+
+        def goes_on() -> bool:
+            enough = nodes if search.cost + beside < promised_s else DEEPER * nodes
+            return search.nodes < enough and go_round()
+
+        search.run(SLACK * plan_s, goes_on)
+        paths.extend(reaching_all(search.problem, points) for points in search.promising)
         return TimeBound(search.bound + beside, prices, search, beside, paths)
 
     def to_the_end(found: TimeBound) -> TimeBound:
@@ -135,30 +147,33 @@ def time_bound(
         return replace(found, seconds=found.search.bound + found.constant_s)
 
     if problem.tdma:
-        return to_the_end(proved(Prices(np.ones(users), np.zeros(users), 0.0)))
-    best = proved(Prices(np.zeros(users), np.zeros(users), 0.0))
+        return to_the_end(proved(Prices(np.ones(users), np.zeros(users), 0.0), np.inf))
+    best = proved(Prices(np.zeros(users), np.zeros(users), 0.0), np.inf, FIRST_NODES)
     programme = PriceProgramme(problem.need_s, members, curve, problem.in_flight)
     programme.allow(problem.rates(_first_places(problem)))
     for stops in (*plans_m, *paths):
         _pass_by(problem, programme, stops)
-    in_vain = 0
+    in_vain, hoped_s = 0, np.inf
     for round_ in range(ROUNDS):
-        if not keep_going() or in_vain >= PATIENCE:
+        if not go_round() or in_vain >= PATIENCE:
             break
-        prices, promised = _allowed(problem, programme)
-        if promised + case.beside_s(prices.share) - best.seconds < SETTLED * plan_s:
+        prices, promised_s = _allowed(problem, programme)
+        promised_s += case.beside_s(prices.share)
+        if promised_s - best.seconds < SETTLED * plan_s:
             break
-        before_s, known = best.seconds, programme.paths
+        before_s = best.seconds
         for tried in (best.prices.towards(prices, STEP), prices) if round_ else (prices,):
-            found = proved(tried)
-            if paths:
-                _pass_by(problem, programme, paths[-1])
+            met = len(paths)
+            found = proved(tried, promised_s - SETTLED * plan_s)
+            for points in paths[met:]:
+                _pass_by(problem, programme, points)
             if found.seconds > best.seconds:
                 best = found
                 break
-        in_vain = 0 if best.seconds > before_s + SETTLED * plan_s else in_vain + 1
-        if programme.paths == known and best.seconds == before_s:
+        if best.seconds == before_s and promised_s > hoped_s - 1e-9:
             break
+        hoped_s = promised_s
+        in_vain = 0 if best.seconds > before_s + SETTLED * plan_s else in_vain + 1
     return to_the_end(best)
 
 

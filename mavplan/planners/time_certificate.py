@@ -6,7 +6,8 @@ import numpy as np
 
 from mavplan.bounds.time import Entry, TimeCertificate
 from mavplan.planners.time_bound import TimeBound
-from mavplan.planners.toll_search import Node, TollProblem
+from mavplan.planners.toll_problem import TollProblem
+from mavplan.planners.toll_search import Node
 
 MOST_LEAVES = 8_000
 """Leaves at most: where the bound takes more, as much is proved as so many do. One takes about a hundred bytes."""

@@ -12,107 +12,25 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mavplan.planners.toll_curve import Curve
+from mavplan.planners.toll_problem import TollProblem
 from mavplan.planners.toll_tours import Tolls, solve_tours
-from mavplan.scenario.model import Floats, Ints
+from mavplan.scenario.model import Floats
 
 BATCH, PLUNGERS = 24, 4
 """Nodes that are branched on together; of these, the most promising children of the last ones: they find paths."""
 
-ITERATIONS, MORE_ITERATIONS, LAST_ITERATIONS = 40, 120, 1000
-"""Of a tour: always, where its bound may still come above the cheapest path, and where nothing is put in any more."""
+ITERATIONS, LAST_ITERATIONS = (8, 12, 20, 60), 1000
+"""Of a tour: some, and more each time that its bound is not yet above the cheapest path; many more where nothing is put
+in any more."""
 
-ROUNDING_M = 1e-3
-"""A path that comes within R but for this reaches a user: it is only met on the way, no proof rests on it."""
+KEPT = 8
+"""Complete paths that are kept, the cheapest."""
+
+ALIKE = 1e-6
+"""Paths whose costs differ by less than this part are taken for the same."""
 
 Step = tuple[int, int]
 """Requirement and member."""
-
-
-@dataclass(frozen=True, eq=False)
-class TollProblem:
-    """What has to be passed, and what it costs to stay away from it.
-
-    Attributes
-    ----------
-    members
-        (Q, 2) the users that may stand for each requirement, twice the same where there is one.
-    places_m
-        (N, 2) users.
-    fixed, weights
-        (Q, 2) constant and factor of each member's toll: fixed + weight·ĝ(δ).
-    curve
-        ĝ, up to R.
-    leg_cost, end_cost
-        Of a metre, and of a metre of the way back to the origin; None where the path ends anywhere.
-    """
-
-    members: Ints
-    places_m: Floats
-    fixed: Floats
-    weights: Floats
-    curve: Curve
-    leg_cost: float
-    end_cost: float | None
-
-    def __post_init__(self) -> None:
-        least = self.fixed + self.weights * self.curve.values[0]
-        object.__setattr__(self, "least", least.min(axis=1))
-
-    least: Floats = field(init=False)
-    """(Q,) the least that each requirement can pay."""
-
-    def way_cost(self, points_m: Floats) -> float:
-        """Return what a path from the origin through points (K, 2) costs by the metre."""
-        path = np.vstack([np.zeros(2), points_m])
-        cost = self.leg_cost * float(np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1)).sum())
-        return cost if self.end_cost is None else cost + self.end_cost * float(np.hypot(*path[-1]))
-
-    def tolls_along(self, points_m: Floats) -> tuple[Floats, Floats]:
-        """Return (Q, 2) tolls along a path through points (K, 2), as at R where it stays beyond, and how far beyond."""
-        away = distances_m(points_m, self.places_m)[self.members]
-        beyond = np.maximum(away - self.curve.radius_m - ROUNDING_M, 0.0)
-        return self.fixed + self.weights * self.curve.at(away), beyond
-
-
-def distances_m(points_m: Floats, places_m: Floats) -> Floats:
-    """Return (N,) how near a path from the origin through points (K, 2) comes to places (N, 2): not on its way back."""
-    path = np.vstack([np.zeros((1, 2)), points_m])
-    start, step = path[:-1], np.diff(path, axis=0)
-    if not len(step):
-        return np.asarray(np.sqrt((places_m**2).sum(axis=1)))
-    x = places_m[:, :1] - start[:, 0]
-    y = places_m[:, 1:] - start[:, 1]
-    squared = np.maximum((step**2).sum(axis=1), 1e-12)
-    along = np.clip((x * step[:, 0] + y * step[:, 1]) / squared, 0.0, 1.0)
-    x -= along * step[:, 0]
-    y -= along * step[:, 1]
-    return np.asarray(np.sqrt((x * x + y * y).min(axis=1)))
-
-
-def reaching_all(problem: TollProblem, points_m: Floats) -> Floats:
-    """Return points (K, 2) with others among them until the path reaches a member of each requirement.
-
-    The farthest is reached first, by the shortest way out from the leg that is nearest to it.
-    """
-    radius_m = problem.curve.radius_m
-    for _ in range(len(problem.members)):
-        away = distances_m(points_m, problem.places_m)[problem.members]
-        lacking = away.min(axis=1) - radius_m
-        most = int(lacking.argmax())
-        if lacking[most] <= ROUNDING_M:
-            break
-        centre = problem.places_m[problem.members[most, away[most].argmin()]]
-        path = np.vstack([np.zeros((1, 2)), points_m])
-        ahead = np.vstack([path[1:], path[-1:]])
-        step = ahead - path
-        squared = np.maximum((step**2).sum(axis=1), 1e-12)
-        along = np.clip(((centre - path) * step).sum(axis=1) / squared, 0.0, 1.0)
-        outward = path + along[:, None] * step - centre
-        leg = int((outward**2).sum(axis=1).argmin())
-        place = centre + outward[leg] * (radius_m / float(np.hypot(*outward[leg])))
-        points_m = np.insert(points_m, leg, place, axis=0)
-    return points_m
 
 
 @dataclass(slots=True, eq=False)
@@ -182,6 +100,7 @@ class TollSearch:
         self._open: list[tuple[float, int, Node]] = []
         self._plunge: list[Node] = []
         self._floor = np.inf
+        self._met: list[tuple[float, Floats]] = []
         self._push(self.root)
 
     @property
@@ -191,11 +110,12 @@ class TollSearch:
         return float(min(waiting, self._floor))
 
     @property
-    def promising(self) -> Floats:
-        """Points (K, 2) of the cheapest path so far, or of the sequence that came nearest to one."""
-        if np.isfinite(self.cost) or not self._plunge:
-            return self.best
-        return max(self._plunge, key=lambda node: (len(node.sequence), -node.floor)).points_m
+    def promising(self) -> list[Floats]:
+        """Points (K, 2) of the cheapest paths met, the best first, or of the sequences that came nearest to one."""
+        if self._met:
+            return [points for _, points in self._met]
+        nearest = sorted(self._plunge, key=lambda node: (-len(node.sequence), node.floor))
+        return [node.points_m for node in nearest[:1]]
 
     def run(self, slack: float, keep_going: Callable[[], bool]) -> None:
         """Search until the bound is within ``slack`` of the target or of the cheapest path, or there is no time."""
@@ -236,8 +156,7 @@ class TollSearch:
         tolls, beyond = problem.tolls_along(node.points_m)
         reach = tolls + np.where(beyond > 0, np.inf, 0.0)
         cost = problem.way_cost(node.points_m) + float(reach.min(axis=1).sum())
-        if cost < self.cost:
-            self.cost, self.best = cost, node.points_m
+        self._meet(node.points_m, cost)
         more = (tolls + 2 * problem.leg_cost * beyond).min(axis=1) - problem.least
         inside = [requirement for requirement, _ in node.sequence]
         more[inside] = -1.0
@@ -248,34 +167,47 @@ class TollSearch:
             return None
         return most
 
+    def _meet(self, points_m: Floats, cost: float) -> None:
+        """Keep a path, unless it is none or dearer than enough others."""
+        if cost < self.cost:
+            self.cost, self.best = cost, points_m
+        if not np.isfinite(cost) or (len(self._met) == KEPT and cost >= self._met[-1][0]):
+            return
+        costs = np.array([known for known, _ in self._met])
+        if (np.abs(costs - cost) < ALIKE * cost).any():
+            return
+        self._met.insert(int(np.searchsorted(costs, cost)), (cost, points_m))
+        del self._met[KEPT:]
+
     def _branch(self, chosen: list[tuple[Node, int]], goal: float) -> None:
         """Solve all children of these nodes; those below the goal are searched on."""
         problem = self.problem
-        made: list[tuple[Node, tuple[Step, ...], int]] = []
-        for node, requirement in chosen:
-            members = dict.fromkeys(problem.members[requirement].tolist())
-            for member, _ in enumerate(members):
-                for at in range(len(node.sequence) + 1):
-                    step = (requirement, member)
-                    made.append((node, (*node.sequence[:at], step, *node.sequence[at:]), at))
-        places = max(len(sequence) for _, sequence, _ in made)
-        tolls, points, duals = self._begin(made, places)
-        tours = solve_tours(tolls, points, duals, ITERATIONS)
-        points, duals, bound = tours.points_m, tours.duals, tours.bound
-        outside = np.array([self._constant(sequence) for _, sequence, _ in made])
-        floors = np.array([parent.floor for parent, _, _ in made])
-        short = np.flatnonzero(np.maximum(bound + outside, floors) < goal)
-        if len(short):
-            part = Tolls(
-                tolls.centres_m[short], tolls.weights[short], tolls.leg_cost, tolls.end_cost, tolls.curve
-            )
-            again = solve_tours(part, points[short], duals[short], MORE_ITERATIONS)
+        sprouts = [
+            (node, (requirement, member))
+            for node, requirement in chosen
+            for member, _ in enumerate(dict.fromkeys(problem.members[requirement].tolist()))
+        ]
+        made = [
+            (node, (*node.sequence[:at], step, *node.sequence[at:]))
+            for node, step in sprouts
+            for at in range(len(node.sequence) + 1)
+        ]
+        places = max(len(sequence) for _, sequence in made)
+        tolls, points, duals = self._begin(sprouts, len(made), places)
+        outside = np.array([self._constant(sequence) for _, sequence in made])
+        floors = np.array([parent.floor for parent, _ in made])
+        bound = np.full(len(made), -np.inf)
+        for iterations in ITERATIONS:
+            short = np.flatnonzero(np.maximum(bound + outside, floors) < goal)
+            if not len(short):
+                break
+            again = solve_tours(tolls.part(short), points[short], duals[short], iterations)
             better = again.bound > bound[short]
             improved = short[better]
             bound[improved], duals[improved] = again.bound[better], again.duals[better]
             points[short] = again.points_m
         kept: dict[int, list[Node]] = {id(node): [] for node, _ in chosen}
-        for row, (parent, sequence, _) in enumerate(made):
+        for row, (parent, sequence) in enumerate(made):
             first = places - len(sequence)
             proved = float(bound[row] + outside[row])
             child = Node(
@@ -301,8 +233,10 @@ class TollSearch:
         """Bring the bound of a node that is not branched on nearer to what its path costs."""
         if not node.sequence:
             return
-        tolls, points, duals = self._begin([(node, node.sequence, -1)], len(node.sequence))
-        tours = solve_tours(tolls, points, duals, LAST_ITERATIONS)
+        centres, weights = self._places(node.sequence)
+        tours = solve_tours(
+            self._tolls(centres[None], weights[None]), node.points_m[None], node.duals[None], LAST_ITERATIONS
+        )
         proved = float(tours.bound[0]) + self._constant(node.sequence)
         if proved > node.bound:
             node.bound, node.duals = proved, tours.duals[0]
@@ -314,28 +248,44 @@ class TollSearch:
         fixed = sum(float(self.problem.fixed[step]) for step in sequence)
         return fixed + float(self.problem.least.sum() - self.problem.least[inside].sum())
 
+    def _places(self, sequence: tuple[Step, ...]) -> tuple[Floats, Floats]:
+        """Return (K, 2) centres and (K,) weights of the members of a sequence."""
+        requirements, members = np.array(sequence, dtype=np.int64).reshape(-1, 2).T
+        problem = self.problem
+        return problem.places_m[problem.members[requirements, members]], problem.weights[
+            requirements, members
+        ]
+
+    def _tolls(self, centres: Floats, weights: Floats) -> Tolls:
+        problem = self.problem
+        return Tolls(centres, weights, problem.leg_cost, problem.end_cost, problem.curve)
+
     def _begin(
-        self, made: list[tuple[Node, tuple[Step, ...], int]], places: int
+        self, sprouts: list[tuple[Node, Step]], count: int, places: int
     ) -> tuple[Tolls, Floats, Floats]:
         """Return the tours of new nodes, filled up in front, and where their parents' end.
 
-        Where the position is −1, the tours of the nodes themselves.
+        Parameters
+        ----------
+        sprouts
+            Parents, and the step that is put in at every position.
+        count, places
+            Number of new nodes, and of the places of their tours.
         """
-        problem = self.problem
-        count, ends = len(made), 0 if problem.end_cost is None else 1
+        ends = 0 if self.problem.end_cost is None else 1
         centres, weights = np.zeros((count, places, 2)), np.full((count, places), -1.0)
         points, duals = np.zeros((count, places, 2)), np.zeros((count, places + ends, 2))
-        for row, (parent, sequence, at) in enumerate(made):
-            first = places - len(sequence)
-            requirements, members = np.array(sequence).T
-            centres[row, first:] = problem.places_m[problem.members[requirements, members]]
-            weights[row, first:] = problem.weights[requirements, members]
-            old = parent.duals
-            if at < 0:
-                points[row, first:], duals[row, first:] = parent.points_m, old
-                continue
-            points[row, first:] = np.insert(parent.points_m, at, centres[row, first + at], axis=0)
-            if len(old):
-                duals[row, first:] = np.insert(old, at, old[min(at, len(old) - 1)], axis=0)
-        tolls = Tolls(centres, weights, problem.leg_cost, problem.end_cost, problem.curve)
-        return tolls, points, duals
+        row = 0
+        for parent, step in sprouts:
+            longer = len(parent.sequence) + 1
+            rows, first = slice(row, row + longer), places - longer
+            row += longer
+            old_centres, old_weights = self._places((*parent.sequence, step))
+            at, place = np.arange(longer)[:, None], np.arange(longer)
+            old = np.where(place == at, longer - 1, place - (place > at))
+            centres[rows, first:], weights[rows, first:] = old_centres[old], old_weights[old]
+            points[rows, first:] = np.vstack([parent.points_m, old_centres[-1:]])[old]
+            if len(parent.duals):
+                leg = np.arange(longer + ends)
+                duals[rows, first:] = parent.duals[np.minimum(leg - (leg > at), len(parent.duals) - 1)]
+        return self._tolls(centres, weights), points, duals

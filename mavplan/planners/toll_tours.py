@@ -12,12 +12,12 @@ Pock, "A first-order primal-dual algorithm for convex problems", J. Math. Imagin
 doi 10.1007/s10851-010-0251-1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mavplan.planners.toll_curve import Curve
-from mavplan.scenario.model import Floats
+from mavplan.scenario.model import Floats, Ints
 
 STRIDE = 0.66
 """Step in place over step in the dual, in units of R over the weight of a metre."""
@@ -68,6 +68,10 @@ class Tolls:
     leg_cost: float
     end_cost: float | None
     curve: Curve
+
+    def part(self, rows: Ints) -> "Tolls":
+        """Return some of the problems."""
+        return replace(self, centres_m=self.centres_m[rows], weights=self.weights[rows])
 
     def bound(self, duals: Floats) -> Floats:
         """Return (B,) what dual vectors (B, L, 2) prove."""

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from mavplan.planners.toll_curve import Curve
 from mavplan.planners.toll_plateau import Payers, highest_sum
-from mavplan.planners.toll_search import TollProblem, TollSearch, distances_m, reaching_all
+from mavplan.planners.toll_problem import TollProblem, distances_m, reaching_all
+from mavplan.planners.toll_search import TollSearch
 from mavplan.planners.toll_tours import Tolls, solve_tours
 from mavplan.radio import Channel
 from mavplan.scenario import D2D, Radio
@@ -137,6 +138,22 @@ def test_a_search_cut_short_still_bounds_from_below():
     assert whole.bound == pytest.approx(whole.cost, rel=1e-3)
     away = distances_m(whole.best, problem.places_m)
     assert (away <= CHANNEL.radius_m + 0.01).all()
+
+
+def test_complete_paths_are_kept_from_the_cheapest_on():
+    problem = problem_of(5, 9)
+    search = TollSearch(problem, np.inf)
+    search.run(1e-3, lambda: True)
+    kept = search.promising
+    costs = []
+    for points_m in kept:
+        tolls, beyond = problem.tolls_along(points_m)
+        assert (beyond.min(axis=1) == 0).all()
+        costs.append(problem.way_cost(points_m) + np.where(beyond > 0, np.inf, tolls).min(axis=1).sum())
+    assert len(kept) > 1
+    assert costs == sorted(costs)
+    assert costs[0] == search.cost
+    np.testing.assert_array_equal(kept[0], search.best)
 
 
 @pytest.mark.parametrize("users", [1, 5, 40])
