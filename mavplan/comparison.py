@@ -20,7 +20,7 @@ COVER_LIMIT_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """The figures of one planner; ratios are to the benchmark's, None where that is 0, as is an unknown energy."""
+    """The figures of one planner; ratios are to the benchmark's, None where that is 0, as where no battery is known."""
 
     planner: str
     clusters: int
@@ -34,6 +34,7 @@ class Row:
     hover_s: float
     mission_s: float
     energy_wh: float | None
+    within_battery: bool | None
     altitude_m: float
 
 
@@ -121,5 +122,6 @@ def _row(plan: Plan, benchmark: Plan) -> Row:
         hover_s=plan.holds.hover_s,
         mission_s=plan.forecast.mission_s,
         energy_wh=plan.forecast.used_wh,
+        within_battery=plan.within_battery,
         altitude_m=plan.scenario.vehicle.altitude_m,
     )

@@ -90,6 +90,13 @@ class Plan:
         used_wh, battery_wh = self.forecast.used_wh, self.scenario.vehicle.battery_wh
         return None if used_wh is None or battery_wh is None else 1 - used_wh / battery_wh
 
+    @property
+    def within_battery(self) -> bool | None:
+        """Whether the battery does it with its reserve; None where neither its energy nor an endurance is given."""
+        vehicle = self.scenario.vehicle
+        known = vehicle.endurance_s is not None or self.remaining_fraction is not None
+        return not (self._too_long() or self._too_dear()) if known else None
+
     def _too_long(self) -> tuple[Problem, ...]:
         """Return a warning where the mission outlasts a given endurance."""
         vehicle = self.scenario.vehicle

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from mavplan.comparison import Comparison
 
 
+BEYOND = " !"
+"""Stands behind the time of a mission that the battery does not do."""
+
+
 @click.command("compare", short_help="Compare all planners on one scenario.")
 @click.argument("scenario", type=Files(".toml", dash=True))
 @click.option("--clusters", type=Clusters(), help="Number of clusters or 'auto', instead of the scenario's.")
@@ -62,8 +66,10 @@ def compare_command(
     if written:
         tell_written(written)
     answer(to_json(found) | {"written": [str(path) for path in written]})
-    best = max(found.rows, key=lambda row: row.joint_index or 0.0).planner
-    tell_next("mavplan", "plan", scenario, "--planner", best, why="of the greatest index")
+    fit = [row for row in found.rows if row.within_battery is not False]
+    best = max(fit or found.rows, key=lambda row: row.joint_index or 0.0).planner
+    among = " of those within the battery" if 0 < len(fit) < len(found.rows) else ""
+    tell_next("mavplan", "plan", scenario, "--planner", best, why=f"of the greatest index{among}")
 
 
 def to_json(found: "Comparison") -> dict[str, Any]:
@@ -111,7 +117,7 @@ def print_comparison(found: "Comparison") -> None:
             _ratio(row.sum_rate_ratio),
             _ratio(row.joint_index),
             clock(row.hover_s),
-            clock(row.mission_s),
+            clock(row.mission_s) + (BEYOND if row.within_battery is False else ""),
             *([f"{row.energy_wh:,.1f}"] if energy else []),
         )
     print_table(table)
@@ -119,6 +125,10 @@ def print_comparison(found: "Comparison") -> None:
     tell(f"fewest stops that reach every user: {found.least_stops}")
     tell(f"fewest stops that reach every user or its mate: {found.least_stops_with_d2d}")
     tell("Σ rate in bit/s/Hz; index ρe = (Σ rate/SBW)/(length/SBW), greater is better")
+    if any(row.within_battery is False for row in found.rows):
+        tell(
+            f"{BEYOND.strip()} takes more than the battery gives above its reserve: no mission to fly as one"
+        )
     counting = [plan.trajectory.planner for plan in found.plans if plan.holds.in_flight_bit is not None]
     if 0 < len(counting) < len(found.plans):
         names = ", ".join(counting).upper()

@@ -1,12 +1,16 @@
 """``mavplan compare``: one row a planner, beside SBW = 1, and how few stops would do."""
 
+import dataclasses
 import json
 import re
 from pathlib import Path
 
 import pytest
 
+from mavplan.cli.compare import print_comparison
+from mavplan.comparison import compare
 from mavplan.planners import PLANNERS
+from mavplan.scenario import load_scenario
 
 
 @pytest.fixture
@@ -83,3 +87,27 @@ def test_energy_stands_where_the_mass_is_given(mavplan, gallery, tmp_path):
         assert 85 < watt < 120
     scenario.write_text(re.sub("(mass_kg|battery_wh).*\n", "", scenario.read_text()))
     assert " Wh" not in mavplan("compare", scenario).out
+
+
+def test_missions_that_the_battery_does_not_do_are_marked(gallery, capsys):
+    loaded = load_scenario(gallery / "valley/scenario.toml")
+
+    def beside_each_other(**battery):
+        vehicle = dataclasses.replace(loaded.vehicle, endurance_s=None, reserve_fraction=0.1, **battery)
+        return compare(dataclasses.replace(loaded, vehicle=vehicle), planners=["tloaik", "stoaik"])
+
+    needed_wh = {row.planner: row.energy_wh for row in beside_each_other(battery_wh=1e4).rows}
+    least_wh, _, most_wh = sorted(needed_wh.values())
+    found = beside_each_other(battery_wh=(least_wh + 1) / 0.9)
+    assert [row.within_battery for row in found.rows] == [
+        needed_wh[row.planner] == least_wh for row in found.rows
+    ]
+    print_comparison(found)
+    lines = capsys.readouterr().out.splitlines()
+    for row in found.rows:
+        line = next(line for line in lines if line.startswith(row.planner.upper()))
+        assert (" !" in line) != row.within_battery
+    assert any(line.startswith("! takes more than the battery gives above its reserve") for line in lines)
+    assert all(row.within_battery for row in beside_each_other(battery_wh=(most_wh + 1) / 0.9).rows)
+    unknown = beside_each_other(battery_wh=None).rows
+    assert {row.within_battery for row in unknown} == {None}
