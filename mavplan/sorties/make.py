@@ -77,12 +77,20 @@ def plan_sorties(
     whole = make_plan(scenario, hover, progress)
     if _lasts(whole, budget):
         return Sorties(whole, (whole,))
+    if scenario.over_ground:
+        found = _over_ground(whole, budget, hover)
+        if most is not None and len(found) > most:
+            message = (
+                f"it takes {len(found)} sorties to serve everybody, and over real ground it is not chosen whom fewer "
+                "serve: allow as many (--sorties auto), or leave the file out"
+            )
+            raise InputError([Problem("[terrain] file", message, "sorties-terrain")])
+        return Sorties(whole, found)
     if most is not None:
         from mavplan.sorties.choose import most_weighted
 
         return most_weighted(whole, budget, most, hover)
-    found = _all_served(whole, budget)
-    return Sorties(whole, finished(whole, found, hover))
+    return Sorties(whole, finished(whole, _all_served(whole, budget), hover))
 
 
 def sorties_of(whole: Plan, hover: HoverStyle = "waypoint+loiter") -> tuple[Plan, ...]:
@@ -94,7 +102,11 @@ def sorties_of(whole: Plan, hover: HoverStyle = "waypoint+loiter") -> tuple[Plan
         As `plan_sorties`.
     """
     budget = needed_budget(whole.scenario)
-    return (whole,) if _lasts(whole, budget) else finished(whole, _all_served(whole, budget), hover)
+    if _lasts(whole, budget):
+        return (whole,)
+    if whole.scenario.over_ground:
+        return _over_ground(whole, budget, hover)
+    return finished(whole, _all_served(whole, budget), hover)
 
 
 def needed_budget(scenario: Scenario) -> Budget:
@@ -103,15 +115,12 @@ def needed_budget(scenario: Scenario) -> Budget:
     Raises
     ------
     InputError
-        The scenario does not say, or is over real ground.
+        The scenario does not say.
     """
     budget = budget_of(scenario.vehicle)
     if budget is None:
         message = "sorties need what a battery gives: set endurance_s, or battery_wh and mass_kg"
         raise InputError([Problem("[vehicle]", message, "no-battery")])
-    if scenario.over_ground:
-        message = "sorties are cut over flat ground only: leave the file out, or plan one flight"
-        raise InputError([Problem("[terrain] file", message, "sorties-terrain")])
     return budget
 
 
@@ -184,18 +193,34 @@ def finished(
     plans: list[Plan] = []
     problems: list[Problem] = []
     for number, share in enumerate(found, start=1):
-        part = Part("sortie", number, len(found), not_served=left)
         try:
             made = plan_along(share.scenario, share.trajectory, hover, lambda _, holds=share.holds: holds)  # type: ignore[misc]
         except InputError as error:
             problems += [replace(p, where=f"sortie {number}, {p.where}") for p in error.problems]
             continue
-        plans.append(replace(made, part=part, altitude=whole.altitude))
+        plans.append(made)
     if problems:
         raise InputError(problems)
+    return _numbered(whole, plans, left)
+
+
+def _numbered(whole: Plan, plans: list[Plan], left: tuple[str, ...] = ()) -> tuple[Plan, ...]:
+    """Return the sorties with their numbers; the first says what is to be known of the whole."""
+    parts = [Part("sortie", number, len(plans), not_served=left) for number in range(1, len(plans) + 1)]
+    made = [
+        replace(plan, part=part, altitude=whole.altitude) for plan, part in zip(plans, parts, strict=True)
+    ]
     warnings = (*said_of_the_end(whole.scenario), *whole.trajectory.notes)
-    first = replace(plans[0], scenario=replace(plans[0].scenario, warnings=warnings))
-    return (first, *plans[1:])
+    first = replace(made[0], scenario=replace(made[0].scenario, warnings=warnings))
+    return (first, *made[1:])
+
+
+def _over_ground(whole: Plan, budget: Budget, hover: HoverStyle) -> tuple[Plan, ...]:
+    """Return the sorties of a plan over real ground."""
+    from mavplan.sorties.over_ground import cut_over_ground
+
+    careful = with_caution(budget)
+    return _numbered(whole, cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover))
 
 
 def said_of_the_end(scenario: Scenario) -> tuple[Problem, ...]:

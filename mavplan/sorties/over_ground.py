@@ -1,0 +1,117 @@
+"""Sorties over real ground: each is planned as it is flown, with as many stops of the whole plan as its battery lasts.
+
+What a cut costs is not known beforehand there, as legs bend over hills and ways home climb. So sorties are whole plans
+from the first: the most consecutive stops whose plan comes home with the reserve are found by bisection, then those
+behind them. Every user is served where the whole plan serves it best, in one sortie.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from mavplan.errors import InputError, Problem
+from mavplan.hover import hold_times
+from mavplan.plan import HoverStyle, Plan, plan_along
+from mavplan.planners.pinned import NO_PIN, pins_of
+from mavplan.planners.trajectory import moved
+from mavplan.radio import planning_channel
+from mavplan.scenario.model import Ints, Scenario
+from mavplan.sorties.share import ALONE
+from mavplan.sorties.ways import Budget
+
+
+def cut_over_ground(
+    whole: Plan, lasts: Callable[[Plan], bool], budget: Budget, hover: HoverStyle
+) -> list[Plan]:
+    """Return the sorties of a plan over real ground, each a plan of its own.
+
+    Parameters
+    ----------
+    whole
+        One flight that serves everybody, whatever the battery.
+    lasts
+        Whether a plan comes home with the reserve.
+    budget
+        What a battery gives, for what is said.
+    hover
+        What a stop is made of.
+
+    Raises
+    ------
+    InputError
+        A stop from which no sortie comes home with its hold; a pinned one that would have a sortie in which nobody is
+        served; what `plan_along` finds wrong.
+    """
+    stops = len(whole.trajectory.stops_m)
+    found: list[Plan] = []
+    problems: list[Problem] = []
+    first = 0
+    while first < stops:
+        best, end = None, first
+        # All that is left is tried first: the last sortie takes it.
+        least, most, tried = first + 1, stops, stops
+        while least <= most:
+            plan = over_some(whole, np.arange(first, tried), hover)
+            if plan is not None and lasts(plan):
+                best, end, least = plan, tried, tried + 1
+            else:
+                most = tried - 1
+            tried = (least + most) // 2
+        if best is None:
+            problems.append(_too_much(whole, first, budget, hover))
+            end = first + 1
+        else:
+            found.append(best)
+        first = end
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def over_some(whole: Plan, stops: Ints, hover: HoverStyle) -> Plan | None:
+    """Return the plan of a sortie over some stops and their users; None where nobody is served at them."""
+    scenario, trajectory = whole.scenario, whole.trajectory
+    kept = np.flatnonzero(np.isin(trajectory.assignment.stop, stops))
+    if not len(kept):
+        return None
+    if whole.links is None:
+        raise AssertionError("a plan over real ground knows its links")
+    some = _of_users(scenario, kept, whole, stops)
+    flown = moved(trajectory, some.users, planning_channel(scenario), trajectory.stops_m[stops])
+    flown = replace(flown, reference_m=np.empty((0, 2)), notes=(), bound=None)
+    rates = whole.links.rates_bit_s_hz[np.ix_(kept, stops)]
+    return plan_along(some, flown, hover, lambda over: hold_times(some, over, whole.rules, rates))
+
+
+def _of_users(scenario: Scenario, kept: Ints, whole: Plan, stops: Ints) -> Scenario:
+    """Return the scenario of some users, with the pinned stops among these."""
+    pins = pins_of(scenario).at(whole.trajectory.stops_m[stops])
+    matching = scenario.d2d.matching
+    return replace(
+        scenario,
+        users=scenario.users.some(kept, scenario.users.demand_bit),
+        stops=tuple(scenario.stops[pin] for pin in pins[pins != NO_PIN].tolist()),
+        d2d=replace(scenario.d2d, matching="given" if matching == "auto" else matching),
+        vehicle=replace(scenario.vehicle, end="rtl"),
+        warnings=(),
+    )
+
+
+def _too_much(whole: Plan, stop: int, budget: Budget, hover: HoverStyle) -> Problem:
+    """Return what is wrong with a stop that no sortie serves."""
+    pin = int(pins_of(whole.scenario).at(whole.trajectory.stops_m[stop : stop + 1])[0])
+    name = "" if pin == NO_PIN else whole.scenario.stops[pin].name
+    alone = over_some(whole, np.array([stop]), hover)
+    if alone is None:
+        return Problem(name or f"stop {stop + 1}", ALONE, "stop-alone")
+    takes, gives = [f"{alone.forecast.mission_s:,.0f} s"], [f"{budget.seconds:,.0f} s"]
+    if alone.forecast.mission_s <= budget.seconds:
+        takes, gives = [f"{alone.forecast.used_wh:,.1f} Wh"], [f"{budget.wh:,.1f} Wh"]
+    names = ", ".join(alone.scenario.users.names[:5]) + (" …" if len(alone.scenario.users) > 5 else "")
+    message = (
+        f"there, back and the hold take {takes[0]}, a battery gives {gives[0]} above its reserve, and over real ground "
+        f"no hold is cut in two: no sortie serves {names}; a bigger battery would, a home nearer, or a lower demand"
+    )
+    where = f"stop {stop + 1}" + (f" ({name})" if name else "")
+    return Problem(where, message, "beyond-battery")
