@@ -1,5 +1,6 @@
 """Between WGS84 degrees and metres in a plane about home. The only place where the two meet."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,24 @@ class LocalPlane:
         """Return latitude and longitude as integers of 1e-7 degrees, each (N,), rounded to the nearest."""
         lat_deg, lon_deg = self.to_lat_lon_deg(xy_m)
         return degrees_to_e7(lat_deg), degrees_to_e7(lon_deg)
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """From metres round one home to metres round another.
+
+    Attributes
+    ----------
+    here_deg, there_deg
+        Latitude and longitude of the two.
+    """
+
+    here_deg: tuple[float, float]
+    there_deg: tuple[float, float]
+
+    def __call__(self, xy_m: Floats) -> Floats:
+        """Return (N, 2) places (N, 2) round the first as they are round the second."""
+        return LocalPlane(*self.there_deg).to_xy_m(*LocalPlane(*self.here_deg).to_lat_lon_deg(xy_m))
 
 
 def degrees_to_e7(degrees: ArrayLike) -> Ints:

@@ -9,7 +9,7 @@ from mavplan.errors import InputError, Problem
 from mavplan.fleet.apart import Starts
 from mavplan.fleet.crews import Crews
 from mavplan.fleet.rounds import Apart, Round, cut_each, dealt, rounds_of, total_s
-from mavplan.geo import LocalPlane
+from mavplan.geo import Elsewhere, LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan
 from mavplan.progress import Progress
@@ -92,9 +92,6 @@ def plan_fleet(
     if scenario.vehicles and count > len(scenario.vehicles):
         message = f"--vehicles {count} asks for more than the {len(scenario.vehicles)} that have a home"
         raise InputError([Problem("[[vehicles]]", message, "too-few-vehicles")])
-    if scenario.over_ground and scenario.vehicles:
-        message = "over terrain all vehicles start at [home]: leave [[vehicles]] out, or the file"
-        raise InputError([Problem("[[vehicles]]", message, "fleet-terrain")])
     if count > 1:
         _check_pinned(scenario)
     chosen = None
@@ -219,7 +216,11 @@ def _of_vehicle(scenario: Scenario, number: int, altitude_step_m: float) -> Scen
     users = scenario.users
     xy_m = LocalPlane(at.lat_deg, at.lon_deg).to_xy_m(users.lat_deg, users.lon_deg)
     home = Home(lat_deg=at.lat_deg, lon_deg=at.lon_deg, alt_amsl_m=at.alt_amsl_m)
-    return replace(scenario, home=home, users=replace(users, xy_m=xy_m), vehicle=vehicle)
+    terrain = scenario.terrain
+    if terrain is not None:
+        theirs = (scenario.home.lat_deg, scenario.home.lon_deg)
+        terrain = terrain.seen_from(Elsewhere((at.lat_deg, at.lon_deg), theirs))
+    return replace(scenario, home=home, users=replace(users, xy_m=xy_m), vehicle=vehicle, terrain=terrain)
 
 
 def _numbered(rounds: Sequence[Round], scenario: Scenario) -> Iterator[Plan]:

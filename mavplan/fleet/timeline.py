@@ -57,7 +57,9 @@ class Timeline:
 def timeline(plan: Plan, plane: LocalPlane) -> Timeline:
     """Return the timeline of a plan in a plane that all share."""
     mission, home = plan.built.mission, plan.built.mission.home
-    ground_m = home.alt_amsl_m
+    terrain = plan.scenario.terrain
+    # Over real ground heights are counted from the ground at home, as the terrain has it.
+    ground_m = home.alt_amsl_m if terrain is None else float(terrain.height_m(np.zeros((1, 2)))[0])
     (home_xy,) = plane.to_xy_m([home.lat_e7 / 1e7], [home.lon_e7 / 1e7])
     law = LAWS[plan.rules.name]
     here, height_m, clock_s = np.asarray(home_xy), 0.0, 0.0
@@ -89,7 +91,7 @@ def timeline(plan: Plan, plane: LocalPlane) -> Timeline:
     if height_m > 0 or math.dist(here, home_xy) > AT_HOME_M:
         add(FOREVER_S, here, height_m)
     every = np.array(corners)
-    return Timeline(every[:, 0], every[:, 1:], plan.scenario.terrain is not None)
+    return Timeline(every[:, 0], every[:, 1:], terrain is not None)
 
 
 @dataclass(frozen=True)

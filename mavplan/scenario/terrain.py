@@ -7,7 +7,7 @@ import numpy as np
 
 from mavplan.geo import LocalPlane
 from mavplan.mission.fence_geometry import PlanePolygon, plane_areas
-from mavplan.scenario.model import Scenario
+from mavplan.scenario.model import Floats, Scenario
 from mavplan.scenario.report import Report, figure
 from mavplan.scenario.sections import Service, TerrainOptions
 from mavplan.terrain.grid import Terrain
@@ -68,24 +68,36 @@ def ground_of(
     for n in np.flatnonzero(np.isnan(heights_m)).tolist():
         message = f"{users.names[n]} stands where {terrain.label} has no height"
         report.error(places[n], message, "not-covered")
-    at_home_m, home_m = float(terrain.height_m(np.zeros((1, 2)))[0]), scenario.home.alt_amsl_m
-    if np.isnan(at_home_m):
-        report.error(f"{label}, [home]", f"lies where {terrain.label} has no height", "not-covered")
-    elif abs(home_m - at_home_m) > MAX_HOME_OFF_M:
-        message = (
-            f"found {figure(home_m)}; {terrain.label} has {at_home_m:,.1f} m ({terrain.datum}) there, and more than "
-            f"{MAX_HOME_OFF_M:g} m apart one of the two is wrong: a height of a GPS receiver may be above the "
-            "ellipsoid, and not above sea level"
-        )
-        report.error(f"{label}, [home] alt_amsl_m", message, "home-height")
+    homes = [("[home]", np.zeros(2), scenario.home.alt_amsl_m)]
+    for number, (at, (place_m,)) in enumerate(
+        ((at, plane.to_xy_m(at.lat_deg, at.lon_deg)) for at in scenario.vehicles), start=1
+    ):
+        homes.append((f"[[vehicles]] {at.name or number}", place_m, at.alt_amsl_m))
+    for name, place_m, home_m in homes:
+        _check_home(terrain, place_m, home_m, f"{label}, {name}", report)
     return terrain
 
 
+def _check_home(terrain: Terrain, place_m: Floats, home_m: float, where: str, report: Report) -> None:
+    """Note a home of which the ground is not known, or is not as high as it is said to be."""
+    ground_m = float(terrain.height_m(place_m[None])[0])
+    if np.isnan(ground_m):
+        report.error(where, f"lies where {terrain.label} has no height", "not-covered")
+    elif abs(home_m - ground_m) > MAX_HOME_OFF_M:
+        message = (
+            f"found {figure(home_m)}; {terrain.label} has {ground_m:,.1f} m ({terrain.datum}) there, and more than "
+            f"{MAX_HOME_OFF_M:g} m apart one of the two is wrong: a height of a GPS receiver may be above the "
+            "ellipsoid, and not above sea level"
+        )
+        report.error(f"{where} alt_amsl_m", message, "home-height")
+
+
 def _box_m(scenario: Scenario, plane: LocalPlane) -> tuple[float, float, float, float]:
-    """Return what holds home, everything in reach of the users, and the no-fly zones that a leg may lead round."""
+    """Return what holds the homes, everything in reach of the users, and the no-fly zones that a leg may lead round."""
     from mavplan.radio import planning_channel
 
-    places = np.vstack([np.zeros((1, 2)), scenario.users.xy_m])
+    homes_m = [plane.to_xy_m(at.lat_deg, at.lon_deg) for at in scenario.vehicles]
+    places = np.vstack([np.zeros((1, 2)), *homes_m, scenario.users.xy_m])
     grown_m = planning_channel(scenario).radius_m + MARGIN_M
     low, high = places.min(axis=0) - grown_m, places.max(axis=0) + grown_m
     for area in plane_areas(scenario.no_fly, plane) if scenario.no_fly else ():

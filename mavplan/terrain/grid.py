@@ -1,7 +1,7 @@
 """`Terrain`: heights of the ground above mean sea level, at places and under straight legs. Pure."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,17 @@ class Ground:
 
 
 @dataclass(frozen=True, eq=False)
+class _Mapped:
+    """Two maps one after the other; unlike a closure it can be sent to another process."""
+
+    cells_of: Callable[[Floats], Floats]
+    mapped: Callable[[Floats], Floats]
+
+    def __call__(self, places_m: Floats) -> Floats:
+        return self.cells_of(self.mapped(places_m))
+
+
+@dataclass(frozen=True, eq=False)
 class Terrain:
     """A window of a height raster; between the middles of its cells heights are bilinear.
 
@@ -54,6 +65,10 @@ class Terrain:
     pitch_m: float
     label: str
     datum: str
+
+    def seen_from(self, mapped: Callable[[Floats], Floats]) -> "Terrain":
+        """Return the same ground by places round another home; ``mapped`` gives where those are round this one."""
+        return replace(self, cells_of=_Mapped(self.cells_of, mapped))
 
     def height_m(self, places_m: Floats) -> Floats:
         """Return (N,) metres above sea level of (N, 2) places; NaN where the file has none."""

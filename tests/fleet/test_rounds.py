@@ -11,6 +11,7 @@ from mavplan.fleet.make import longest_s, plan_fleet
 from mavplan.fleet.timeline import Timeline, meeting, timeline
 from mavplan.geo import LocalPlane
 from mavplan.hover import DEMAND_TOLERANCE_BIT, broadcast_rates
+from mavplan.mission.model import Command
 from mavplan.plan_file import document, dumps
 from mavplan.planners import PLANNERS
 from mavplan.radio import planning_channel
@@ -127,10 +128,54 @@ def over(terrain, xy_m=XY_M, **more):
     return dataclasses.replace(scenario, terrain=terrain)
 
 
+def with_homes(scenario, terrain, homes_m):
+    """Vehicles that start at places (east, north) of home, on the ground there."""
+    plane = LocalPlane(HOME.lat_deg, HOME.lon_deg)
+    lat_deg, lon_deg = plane.to_lat_lon_deg(scenario.users.xy_m)
+    users = dataclasses.replace(scenario.users, lat_deg=lat_deg, lon_deg=lon_deg)
+    places = zip(*(part.tolist() for part in plane.to_lat_lon_deg(homes_m)), strict=True)
+    heights_m = terrain.height_m(np.array(homes_m)).tolist()
+    vehicles = tuple(
+        FleetVehicle(lat, lon, height_m, name)
+        for (lat, lon), height_m, name in zip(places, heights_m, "abc", strict=True)
+    )
+    return dataclasses.replace(scenario, users=users, vehicles=vehicles)
+
+
+def least_above_ground_m(plan, terrain):
+    """The least height of a mission's legs above the ground, sampled every few metres from its items alone."""
+    plane, home = LocalPlane(HOME.lat_deg, HOME.lon_deg), plan.built.mission.home
+    (home_m,) = plane.to_xy_m([home.lat_e7 / 1e7], [home.lon_e7 / 1e7])
+    ground_m = float(terrain.height_m(home_m[None])[0])
+    points = []
+    for item in plan.built.mission.items:
+        if item.command == Command.NAV_TAKEOFF:
+            points.append([*home_m, ground_m + item.alt_m])
+        elif item.command in (Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME):
+            (place_m,) = plane.to_xy_m([item.lat_deg], [item.lon_deg])
+            points.append([*place_m, ground_m + item.alt_m])
+    line = np.vstack([np.linspace(one, other, 200) for one, other in itertools.pairwise(np.array(points))])
+    return float((line[:, 2] - terrain.height_m(line[:, :2])).min())
+
+
+HOMES_M = [(0.0, 0.0), (700.0, 400.0), (-900.0, -1200.0)]
+
+
+@pytest.mark.parametrize("homes", [False, True], ids=["one home", "homes"])
 @pytest.mark.parametrize("step_m", [0.0, 20.0])
-def test_over_terrain_no_two_meet_whatever_their_height_on_a_leg(step_m):
-    scenario = over(ridge(top_m=720.0, size=401))
+def test_over_terrain_no_two_meet_whatever_their_height_on_a_leg(step_m, homes):
+    terrain = ridge(top_m=720.0, size=401)
+    scenario = over(terrain)
+    if homes:
+        scenario = with_homes(scenario, terrain, HOMES_M)
     fleet = plan_fleet(scenario, 3, separation_m=SEPARATION_M, altitude_step_m=step_m)
+    for plan in fleet.plans:
+        assert least_above_ground_m(plan, terrain) >= scenario.terrain_options.clearance_m - 0.1
+    if homes:
+        heights_m = dict(zip("abc", terrain.height_m(np.array(HOMES_M)).tolist(), strict=True))
+        assert max(heights_m.values()) - min(heights_m.values()) > 50
+        for plan in fleet.plans:
+            assert plan.built.mission.home.alt_amsl_m == pytest.approx(heights_m[plan.part.name])
     assert len(fleet.plans) > 1
     assert fleet.longest_s <= fleet.single_s + 1e-6
     names = sorted(name for plan in fleet.plans for name in plan.scenario.users.names)
@@ -168,13 +213,6 @@ def test_on_legs_whose_heights_overlap_two_are_level_all_along():
     assert meeting(line((0, 30), 0.0), line((25, 55), 20.0), 0.0, 0.0, **apart) is not None
     assert meeting(line((0, 30), 0.0), line((40, 70), 20.0), 0.0, 0.0, **apart) is None
     assert meeting(line((0, 30), 0.0), line((25, 55), 60.0), 0.0, 0.0, **apart) is None
-
-
-def test_over_terrain_all_start_at_one_home():
-    vehicles = (FleetVehicle(46.5, 7.5, 600.0, "a"), FleetVehicle(46.51, 7.5, 600.0, "b"))
-    with pytest.raises(InputError) as raised:
-        plan_fleet(dataclasses.replace(over(ridge()), vehicles=vehicles), 2)
-    assert [problem.code for problem in raised.value.problems] == ["fleet-terrain"]
 
 
 def test_far_users_whose_sorties_are_one_vehicles_are_dealt_out_to_both():

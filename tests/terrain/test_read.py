@@ -261,6 +261,24 @@ def test_a_home_that_is_not_on_its_ground_is_an_error_that_names_both_heights(tm
     assert re.search(r"found 748; a.tif has 701.0 m \(EGM96 height\)", problem.message)
 
 
+VEHICLE = '\n[[vehicles]]\nname = "{}"\nlat_deg = {}\nlon_deg = {}\nalt_amsl_m = {}\n'
+
+
+def test_homes_of_vehicles_must_lie_on_their_ground_too(tmp_path):
+    write_tiff(tmp_path / "a.tif", heights=np.full((360, 360), 701.0))
+    stand = VEHICLE.format("ann", 46.507, 7.508, 700) + VEHICLE.format("bob", 46.49, 7.49, 705)
+    scenario = load(tmp_path, more=stand)
+    assert [vehicle.name for vehicle in scenario.vehicles] == ["ann", "bob"]
+    with pytest.raises(InputError) as found:
+        load(
+            tmp_path,
+            more=VEHICLE.format("cat", 46.507, 7.508, 748) + VEHICLE.format("dan", 46.507, 7.64, 700),
+        )
+    assert [problem.code for problem in found.value.problems] == ["home-height", "not-covered"]
+    for problem, name in zip(found.value.problems, ("cat", "dan"), strict=True):
+        assert f"[[vehicles]] {name}" in problem.where
+
+
 def test_what_a_section_asks_that_cannot_be_is_said(tmp_path):
     write_tiff(tmp_path / "a.tif", heights=np.full((360, 360), 701.0))
     with pytest.raises(InputError) as found:
