@@ -47,6 +47,9 @@ PROMISING = 1.02
 """Plans whose time before polishing is above this times the best are not polished to the end, and in a perturbation
 not at all."""
 
+BRIEF_STEPS, BRIEF_TOLERANCE = 4, 1e-3
+"""Of polishing where a search is brief."""
+
 GONE, GONE_MORE = 3, 10
 """Stops that a perturbation takes out at most, and after how many in vain it may be one more."""
 
@@ -67,6 +70,8 @@ class TimeSearch:
         What is to be served.
     rng
         Draws all that is random.
+    brief
+        Whether a plan is improved by one descent and a few steps of polishing alone.
 
     Attributes
     ----------
@@ -76,6 +81,7 @@ class TimeSearch:
 
     problem: TimeProblem
     rng: np.random.Generator
+    brief: bool = False
 
     def __post_init__(self) -> None:
         self.places_m = candidate_places(self.problem, self.rng)
@@ -137,6 +143,8 @@ class TimeSearch:
             descended = False
             if not np.isfinite(stepped_s):
                 return stepped, stepped_s
+            if self.brief:
+                return polish(self.problem, stepped, steps=BRIEF_STEPS, tolerance=BRIEF_TOLERANCE)
             quick = stepped_s > PROMISING * self.best_s
             polished, polished_s = polish(
                 self.problem, stepped, steps=4 if quick else 12, tolerance=1e-4 if quick else 2e-5

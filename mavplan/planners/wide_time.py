@@ -26,17 +26,17 @@ from mavplan.scenario.model import Floats, Users
 TOGETHER = 200
 """Users up to which all of a mission is searched together."""
 
-STOPS = 13
-"""Of a stretch, with the one that is held behind it."""
+STOPS, STOPS_BRIEFLY = 13, 9
+"""Of a stretch, with the one that is held behind it; and where stretches are improved briefly."""
 
-TASK = 8
+TASK = 12
 """Stretches that are one task."""
 
-SHIFTS = (0, STOPS // 2)
-"""Stops of the first stretch, each time; 0 for a whole one."""
+SHIFTS = (STOPS, STOPS // 2)
+"""Stops of the first stretch, each time."""
 
 MANY = 5000
-"""With more users the stretches are improved once only: the second time gains one or two per cent."""
+"""With more users the stretches are improved once only and briefly: all the rest gains about one per cent."""
 
 PATH_PART = 0.5
 """Of the work, for progress."""
@@ -59,6 +59,7 @@ class _Task:
     stretches: tuple[_Stretch, ...]
     channel: Channel
     setting: Setting
+    brief: bool
 
 
 def stops_of_many(users: Users, channel: Channel, setting: Setting) -> Floats:
@@ -75,12 +76,15 @@ def stops_of_many(users: Users, channel: Channel, setting: Setting) -> Floats:
             needed, setting.seed, setting.spread, lambda done, whole: tell(PATH_PART * done / whole)
         )
     stops = stops_on_long_path(users, channel, problem.path_m(points), setting.spread)
-    shifts = SHIFTS if len(users) <= MANY else SHIFTS[:1]
-    for number, shift in enumerate(shifts):
-        stretches = _stretches(users, channel, setting, stops, (number, shift))
+    brief = len(users) > MANY
+    each, shifts = (STOPS_BRIEFLY, (STOPS_BRIEFLY,)) if brief else (STOPS, SHIFTS)
+    for number, first in enumerate(shifts):
+        cuts = [0, *range(first, len(stops), each), len(stops)]
+        stretches = _stretches(users, channel, setting, stops, cuts, number)
         bare = replace(setting, progress=None, spread=spread_here)
         tasks = [
-            _Task(tuple(stretches[at : at + TASK]), channel, bare) for at in range(0, len(stretches), TASK)
+            _Task(tuple(stretches[at : at + TASK]), channel, bare, brief)
+            for at in range(0, len(stretches), TASK)
         ]
         parts: list[Floats] = []
         for found in setting.spread(worked_out, tasks):
@@ -91,11 +95,9 @@ def stops_of_many(users: Users, channel: Channel, setting: Setting) -> Floats:
 
 
 def _stretches(
-    users: Users, channel: Channel, setting: Setting, stops_m: Floats, how: tuple[int, int]
+    users: Users, channel: Channel, setting: Setting, stops_m: Floats, cuts: list[int], number: int
 ) -> list[_Stretch]:
-    """Return stretches of the stops with their users; the last stop of each but the last is held."""
-    number, shift = how
-    cuts = [0, *range(shift or STOPS, len(stops_m), STOPS), len(stops_m)]
+    """Return stretches of the stops, from each cut to the next, with their users; all but the end's hold their last."""
     stop = assign(users, stops_m, channel, d2d=True).stop
     order = np.argsort(stop, kind="stable")
     home = np.zeros(2)
@@ -147,6 +149,6 @@ def _quicker(stretch: _Stretch, task: _Task, table: PassTable | None) -> Floats:
         speed = problem.flyer.law.return_m_s if onward.speed_m_s == RETURN else onward.speed_m_s
         onward = replace(onward, place_m=onward.place_m - start_m, speed_m_s=speed)
     problem = replace(problem, onward=onward, in_flight=table is not None, table=table)
-    search = TimeSearch(problem, np.random.default_rng(stretch.seed))
+    search = TimeSearch(problem, np.random.default_rng(stretch.seed), task.brief)
     search.consider([stretch.stops_m - start_m], lambda: True)
     return np.vstack([search.best_m + start_m, held])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mavplan.hppp import draw_pairs, draw_users
-from mavplan.planners import plan_trajectory, wide_path
+from mavplan.planners import plan_trajectory, wide_path, wide_time
 from mavplan.planners.spread import hands
 from mavplan.planners.time_problem import Onward, TimeProblem
 from mavplan.planners.time_search import TimeSearch
@@ -71,6 +71,17 @@ def test_everybody_is_served_and_sooner_than_on_a_short_path(pairs, mode, end):
     assert mission_s(scenario, found.stops_m) < mission_s(scenario, on_a_short_path(scenario))
     assert found.bound is None
     assert [(note.code, note.severity) for note in found.notes] == [("no-bound", "warning")]
+
+
+def test_of_more_users_everybody_is_served_too_after_brief_searches(monkeypatch):
+    scenario = scenario_of(80, pairs=True, end="rtl")
+    thorough_s = mission_s(scenario, plan_trajectory(scenario).stops_m)
+    monkeypatch.setattr(wide_time, "MANY", 40)
+    found = plan_trajectory(scenario)
+    assert found.assignment.served.all()
+    briefly_s = mission_s(scenario, found.stops_m)
+    assert briefly_s < mission_s(scenario, on_a_short_path(scenario))
+    assert briefly_s < 1.05 * thorough_s
 
 
 def test_stretches_may_be_worked_out_in_any_order_and_the_plan_is_the_same():
