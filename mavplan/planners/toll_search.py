@@ -250,11 +250,9 @@ class TollSearch:
 
     def _places(self, sequence: tuple[Step, ...]) -> tuple[Floats, Floats]:
         """Return (K, 2) centres and (K,) weights of the members of a sequence."""
-        requirements, members = np.array(sequence, dtype=np.int64).reshape(-1, 2).T
-        problem = self.problem
-        return problem.places_m[problem.members[requirements, members]], problem.weights[
-            requirements, members
-        ]
+        requirements, which = np.array(sequence, dtype=np.int64).reshape(-1, 2).T
+        users = self.problem.members[requirements, which]
+        return self.problem.places_m[users], self.problem.weights[requirements, which]
 
     def _tolls(self, centres: Floats, weights: Floats) -> Tolls:
         problem = self.problem
