@@ -11,7 +11,7 @@ from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
 from mavplan.planners.trajectory import Trajectory
-from mavplan.progress import Progress
+from mavplan.progress import Progress, part_of
 from mavplan.scenario.model import Scenario
 from mavplan.sorties.share import Share, shares
 from mavplan.sorties.split import TooFar, split, unreachable, with_caution
@@ -74,11 +74,11 @@ def plan_sorties(
         As `make_plan`; no battery is given; users that no sortie serves and comes home with the reserve.
     """
     budget = needed_budget(scenario)
-    whole = make_plan(scenario, hover, progress)
+    whole = make_plan(scenario, hover, part_of(progress, 0, 2) if scenario.over_ground else progress)
     if _lasts(whole, budget):
         return Sorties(whole, (whole,))
     if scenario.over_ground:
-        found = _over_ground(whole, budget, hover)
+        found = _over_ground(whole, budget, hover, part_of(progress, 1, 2))
         if most is not None and len(found) > most:
             message = (
                 f"it takes {len(found)} sorties to serve everybody, and over real ground it is not chosen whom fewer "
@@ -215,12 +215,15 @@ def _numbered(whole: Plan, plans: list[Plan], left: tuple[str, ...] = ()) -> tup
     return (first, *made[1:])
 
 
-def _over_ground(whole: Plan, budget: Budget, hover: HoverStyle) -> tuple[Plan, ...]:
+def _over_ground(
+    whole: Plan, budget: Budget, hover: HoverStyle, progress: Progress | None = None
+) -> tuple[Plan, ...]:
     """Return the sorties of a plan over real ground."""
     from mavplan.sorties.over_ground import cut_over_ground
 
     careful = with_caution(budget)
-    return _numbered(whole, cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover))
+    found = cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover, part_of(progress, 0, 1))
+    return _numbered(whole, found)
 
 
 def said_of_the_end(scenario: Scenario) -> tuple[Problem, ...]:

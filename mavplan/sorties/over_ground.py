@@ -15,6 +15,7 @@ from mavplan.hover import hold_times
 from mavplan.plan import HoverStyle, Plan, plan_along
 from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.trajectory import moved
+from mavplan.progress import Progress
 from mavplan.radio import planning_channel
 from mavplan.scenario.model import Ints, Scenario
 from mavplan.sorties.share import ALONE
@@ -22,7 +23,7 @@ from mavplan.sorties.ways import Budget
 
 
 def cut_over_ground(
-    whole: Plan, lasts: Callable[[Plan], bool], budget: Budget, hover: HoverStyle
+    whole: Plan, lasts: Callable[[Plan], bool], budget: Budget, hover: HoverStyle, tell: Progress
 ) -> list[Plan]:
     """Return the sorties of a plan over real ground, each a plan of its own.
 
@@ -36,6 +37,8 @@ def cut_over_ground(
         What a battery gives, for what is said.
     hover
         What a stop is made of.
+    tell
+        Told how many of the stops have a sortie.
 
     Raises
     ------
@@ -48,6 +51,7 @@ def cut_over_ground(
     problems: list[Problem] = []
     first = 0
     while first < stops:
+        tell(first, stops)
         best, end = None, first
         # All that is left is tried first: the last sortie takes it.
         least, most, tried = first + 1, stops, stops
