@@ -78,14 +78,7 @@ def plan_sorties(
     if _lasts(whole, budget):
         return Sorties(whole, (whole,))
     if scenario.over_ground:
-        found = _over_ground(whole, budget, hover, part_of(progress, 1, 2))
-        if most is not None and len(found) > most:
-            message = (
-                f"it takes {len(found)} sorties to serve everybody, and over real ground it is not chosen whom fewer "
-                "serve: allow as many (--sorties auto), or leave the file out"
-            )
-            raise InputError([Problem("[terrain] file", message, "sorties-terrain")])
-        return Sorties(whole, found)
+        return _over_ground(whole, budget, hover, most, part_of(progress, 1, 2))
     if most is not None:
         from mavplan.sorties.choose import most_weighted
 
@@ -105,7 +98,7 @@ def sorties_of(whole: Plan, hover: HoverStyle = "waypoint+loiter") -> tuple[Plan
     if _lasts(whole, budget):
         return (whole,)
     if whole.scenario.over_ground:
-        return _over_ground(whole, budget, hover)
+        return _over_ground(whole, budget, hover).plans
     return finished(whole, _all_served(whole, budget), hover)
 
 
@@ -216,14 +209,32 @@ def _numbered(whole: Plan, plans: list[Plan], left: tuple[str, ...] = ()) -> tup
 
 
 def _over_ground(
-    whole: Plan, budget: Budget, hover: HoverStyle, progress: Progress | None = None
-) -> tuple[Plan, ...]:
-    """Return the sorties of a plan over real ground."""
-    from mavplan.sorties.over_ground import cut_over_ground
+    whole: Plan,
+    budget: Budget,
+    hover: HoverStyle,
+    most: int | None = None,
+    progress: Progress | None = None,
+) -> Sorties:
+    """Return the sorties of a plan over real ground: all, or those that serve the most weighted demand.
 
-    careful = with_caution(budget)
-    found = cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover, part_of(progress, 0, 1))
-    return _numbered(whole, found)
+    Raises
+    ------
+    InputError
+        Every stop that no sortie serves, unless others may be left over too; too many sorties with pinned stops.
+    """
+    from mavplan.sorties.over_ground import cut_over_ground, worth_most
+
+    careful, scenario = with_caution(budget), whole.scenario
+    tell = part_of(progress, 0, 1)
+    found, problems = cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover, tell)
+    if problems and (most is None or not found):
+        raise InputError(problems)
+    chosen = found if most is None else worth_most(found, most)
+    served = {name for plan in chosen for name in plan.scenario.users.names}
+    left = np.array([name not in served for name in scenario.users.names])
+    names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
+    rest = scenario.left_over(left, scenario.users.demand_bit) if names else None
+    return Sorties(whole, _numbered(whole, chosen, names), names, rest)
 
 
 def said_of_the_end(scenario: Scenario) -> tuple[Problem, ...]:

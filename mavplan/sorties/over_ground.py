@@ -5,6 +5,7 @@ from the first: the most consecutive stops whose plan comes home with the reserv
 behind them. Every user is served where the whole plan serves it best, in one sortie.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -24,8 +25,8 @@ from mavplan.sorties.ways import Budget
 
 def cut_over_ground(
     whole: Plan, lasts: Callable[[Plan], bool], budget: Budget, hover: HoverStyle, tell: Progress
-) -> list[Plan]:
-    """Return the sorties of a plan over real ground, each a plan of its own.
+) -> tuple[list[Plan], list[Problem]]:
+    """Return the sorties of a plan over real ground, each a plan of its own, and every stop that none serves.
 
     Parameters
     ----------
@@ -43,8 +44,7 @@ def cut_over_ground(
     Raises
     ------
     InputError
-        A stop from which no sortie comes home with its hold; a pinned one that would have a sortie in which nobody is
-        served; what `plan_along` finds wrong.
+        What `plan_along` finds wrong.
     """
     stops = len(whole.trajectory.stops_m)
     found: list[Plan] = []
@@ -68,9 +68,29 @@ def cut_over_ground(
         else:
             found.append(best)
         first = end
-    if problems:
-        raise InputError(problems)
-    return found
+    return found, problems
+
+
+def worth_most(found: list[Plan], most: int) -> list[Plan]:
+    """Return at most so many sorties, those that serve the most weighted demand, in their order.
+
+    Raises
+    ------
+    InputError
+        Those with pinned stops, which are flown in any case, are more.
+    """
+    pinned = sum(bool(plan.scenario.stops) for plan in found)
+    if pinned > most:
+        message = f"take {pinned} sorties, more than the {most} there may be, and are flown whoever is served"
+        raise InputError([Problem("[[stops]]", message, "stops-sorties")])
+
+    def value(plan: Plan) -> float:
+        users = plan.scenario.users
+        bits = users.demand_bit.sum() if users.priority is None else users.priority @ users.demand_bit
+        return math.inf if plan.scenario.stops else float(bits)
+
+    best = sorted(range(len(found)), key=lambda number: -value(found[number]))[:most]
+    return [found[number] for number in sorted(best)]
 
 
 def over_some(whole: Plan, stops: Ints, hover: HoverStyle) -> Plan | None:

@@ -128,13 +128,29 @@ def test_one_battery_that_does_it_flies_the_plan_as_it_is():
     assert found.plans == (found.whole,)
 
 
-def test_fewer_than_it_takes_are_refused_and_as_many_are_not():
-    scenario, found = cut(0)
-    count = len(found.plans)
+def test_where_fewer_are_allowed_those_are_flown_that_serve_the_most_weighted_demand():
+    scenario, everybody = cut(0)
+    count = len(everybody.plans)
     assert len(plan_sorties(scenario, most=count).plans) == count
-    with pytest.raises(InputError, match=f"takes {count} sorties") as raised:
-        plan_sorties(scenario, most=count - 1)
-    assert [problem.code for problem in raised.value.problems] == ["sorties-terrain"]
+    last = everybody.plans[-1].scenario.users.names
+    priority = np.array([50.0 if name in last else 1.0 for name in scenario.users.names])
+    weighted = dataclasses.replace(scenario, users=dataclasses.replace(scenario.users, priority=priority))
+    for most in range(1, count):
+        found = plan_sorties(weighted, most=most)
+        served = [name for plan in found.plans for name in plan.scenario.users.names]
+        assert len(found.plans) == most
+        assert set(last) <= set(served)
+        assert sorted([*served, *found.not_served]) == sorted(scenario.users.names)
+        assert set(found.not_served) <= set(found.rest.users.names)
+        assert all(plan.part.not_served == found.not_served for plan in found.plans)
+
+
+def test_a_stop_that_no_sortie_serves_is_left_over_where_others_may_be():
+    far = over(ridge(top_m=760.0, size=401), 620.0, xy_m=[*XY_M, (4200, 0)])
+    with pytest.raises(InputError, match="no sortie serves u8"):
+        plan_sorties(far)
+    found = plan_sorties(far, most=9)
+    assert found.not_served == ("u8",)
 
 
 def test_every_stop_that_no_sortie_serves_is_named():
@@ -150,23 +166,27 @@ def test_every_stop_that_no_sortie_serves_is_named():
         plan_sorties(weak)
 
 
-def test_pinned_stops_are_flown_in_one_of_them():
+def test_pinned_stops_are_flown_whoever_is_served():
     scenario, _ = cut(0)
-    pin = PinnedStop(name="tent", lat_deg=46.505, lon_deg=7.5, hold_s=30.0)
-    pinned = dataclasses.replace(
-        scenario, stops=(pin,), planner=dataclasses.replace(scenario.planner, clusters=6)
+    pins = tuple(
+        PinnedStop(name=name, lat_deg=lat_deg, lon_deg=7.5, hold_s=30.0)
+        for name, lat_deg in (("tent", 46.509), ("barn", 46.49))
     )
+    pinned = dataclasses.replace(scenario, stops=pins)
+
+    def held_s(plans):
+        at = [zip(pins_of(pinned).at(p.trajectory.stops_m), p.holds.stored_s, strict=True) for p in plans]
+        return sorted((pin, hold_s) for pairs in at for pin, hold_s in pairs if pin >= 0)
+
     found = plan_sorties(pinned)
-    at = [
-        hold_s
-        for plan in found.plans
-        for pin_at, hold_s in zip(
-            pins_of(pinned).at(plan.trajectory.stops_m), plan.holds.stored_s, strict=True
-        )
-        if pin_at >= 0
-    ]
-    assert len(at) == 1
-    assert at[0] >= 30.0
+    assert [pin for pin, _ in held_s(found.plans)] == [0, 1]
+    assert min(hold_s for _, hold_s in held_s(found.plans)) >= 30.0
+    with_pins = sum(bool(plan.scenario.stops) for plan in found.plans)
+    assert [pin for pin, _ in held_s(plan_sorties(pinned, most=with_pins).plans)] == [0, 1]
+    assert with_pins == 2
+    with pytest.raises(InputError, match="take 2 sorties, more than the 1") as raised:
+        plan_sorties(pinned, most=1)
+    assert [problem.code for problem in raised.value.problems] == ["stops-sorties"]
 
 
 def test_a_fleet_flies_sorties_over_ground_in_rounds():
