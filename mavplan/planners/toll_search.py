@@ -194,8 +194,9 @@ class TollSearch:
         ]
         places = max(len(sequence) for _, sequence in made)
         tolls, points, duals = self._begin(sprouts, len(made), places)
-        outside = np.array([self._constant(sequence) for _, sequence in made])
-        floors = np.array([parent.floor for parent, _ in made])
+        positions = [len(node.sequence) + 1 for node, _ in sprouts]
+        outside = np.repeat([self._constant((*node.sequence, step)) for node, step in sprouts], positions)
+        floors = np.repeat([node.floor for node, _ in sprouts], positions)
         bound = np.full(len(made), -np.inf)
         for iterations in ITERATIONS:
             short = np.flatnonzero(np.maximum(bound + outside, floors) < goal)
