@@ -16,7 +16,7 @@ from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
 from mavplan.planners import SEARCHING
 from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.spread import lent, spread_here
-from mavplan.planners.trajectory import moved
+from mavplan.planners.trajectory import cut_out
 from mavplan.radio import planning_channel
 from mavplan.scenario.model import UNPAIRED, Floats, Scenario
 from mavplan.sorties.ways import Ways
@@ -145,11 +145,8 @@ class Crews:
     def _scenario(self, vehicle: int, part: Sequence[int]) -> Scenario:
         scenario = self._own[vehicle]
         kept = np.array(sorted(user for stop in part for user in self._users_of[stop]), dtype=np.int64)
-        matching = scenario.d2d.matching
         return replace(
-            scenario,
-            users=scenario.users.some(kept, scenario.users.demand_bit),
-            d2d=replace(scenario.d2d, matching="given" if matching == "auto" else matching),
+            scenario.with_some(scenario.users.some(kept, scenario.users.demand_bit)),
             vehicles=(),
             stops=tuple(scenario.stops[self._pins[stop]] for stop in part if self._pins[stop] != NO_PIN),
             warnings=scenario.warnings if vehicle == 0 else (),
@@ -167,10 +164,9 @@ class Crews:
         if not len(scenario.users):
             return None  # a flight is planned for somebody
         stops_m: Floats = self._stops_m[vehicle][list(part)]
-        flown = moved(self._base.trajectory, scenario.users, planning_channel(scenario), stops_m)
+        flown = cut_out(self._base.trajectory, scenario.users, planning_channel(scenario), stops_m)
         if not flown.assignment.served.all():
             return None
-        flown = replace(flown, reference_m=np.empty((0, 2)), notes=(), bound=None)
         try:
             return plan_along(scenario, flown, self._hover)
         except InputError:

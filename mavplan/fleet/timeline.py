@@ -59,7 +59,7 @@ def timeline(plan: Plan, plane: LocalPlane) -> Timeline:
     mission, home = plan.built.mission, plan.built.mission.home
     terrain = plan.scenario.terrain
     # Over real ground heights are counted from the ground at home, as the terrain has it.
-    ground_m = home.alt_amsl_m if terrain is None else float(terrain.height_m(np.zeros((1, 2)))[0])
+    ground_m = home.alt_amsl_m if terrain is None else terrain.home_m
     (home_xy,) = plane.to_xy_m([home.lat_e7 / 1e7], [home.lon_e7 / 1e7])
     law = LAWS[plan.rules.name]
     here, height_m, clock_s = np.asarray(home_xy), 0.0, 0.0

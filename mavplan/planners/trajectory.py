@@ -147,6 +147,11 @@ def moved(found: Trajectory, users: Users, channel: Channel, stops_m: Floats) ->
     )
 
 
+def cut_out(found: Trajectory, users: Users, channel: Channel, stops_m: Floats) -> Trajectory:
+    """Return the part of a trajectory straight through (M, 2) of its stops for some users, without notes and bound."""
+    return replace(through(found.planner, users, channel, stops_m), clusters=found.clusters)
+
+
 def assign(users: Users, stops_m: Floats, channel: Channel, *, d2d: bool) -> Assignment:
     """Serve each user from its nearest stop within R, else, where ``d2d``, through a mate that is so served.
 

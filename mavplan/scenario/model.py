@@ -116,6 +116,13 @@ class Scenario:
         """Whether it is planned over real ground, read already or not."""
         return self.terrain is not None or self.terrain_options.file is not None
 
+    def with_some(self, users: Users) -> "Scenario":
+        """Return the scenario of some of the users, whose pairs stay as they are."""
+        matching = self.d2d.matching
+        return replace(
+            self, users=users, d2d=replace(self.d2d, matching="given" if matching == "auto" else matching)
+        )
+
     def left_over(self, left: Bools, left_bit: Floats) -> "Scenario":
         """Return the scenario of the users that are left, with mates that may relay; pinned stops are left out.
 

@@ -225,8 +225,7 @@ def _over_ground(
     from mavplan.sorties.over_ground import cut_over_ground, worth_most
 
     careful, scenario = with_caution(budget), whole.scenario
-    tell = part_of(progress, 0, 1)
-    found, problems = cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover, tell)
+    found, problems = cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover, progress)
     if problems and (most is None or not found):
         raise InputError(problems)
     chosen = found if most is None else worth_most(found, most)

@@ -15,16 +15,16 @@ from mavplan.errors import InputError, Problem
 from mavplan.hover import hold_times
 from mavplan.plan import HoverStyle, Plan, plan_along
 from mavplan.planners.pinned import NO_PIN, pins_of
-from mavplan.planners.trajectory import moved
-from mavplan.progress import Progress
+from mavplan.planners.trajectory import cut_out
+from mavplan.progress import Progress, tell_share
 from mavplan.radio import planning_channel
-from mavplan.scenario.model import Ints, Scenario
-from mavplan.sorties.share import ALONE
+from mavplan.scenario.model import Ints
+from mavplan.sorties.share import ALONE, as_sortie
 from mavplan.sorties.ways import Budget
 
 
 def cut_over_ground(
-    whole: Plan, lasts: Callable[[Plan], bool], budget: Budget, hover: HoverStyle, tell: Progress
+    whole: Plan, lasts: Callable[[Plan], bool], budget: Budget, hover: HoverStyle, progress: Progress | None
 ) -> tuple[list[Plan], list[Problem]]:
     """Return the sorties of a plan over real ground, each a plan of its own, and every stop that none serves.
 
@@ -38,7 +38,7 @@ def cut_over_ground(
         What a battery gives, for what is said.
     hover
         What a stop is made of.
-    tell
+    progress
         Told how many of the stops have a sortie.
 
     Raises
@@ -51,9 +51,9 @@ def cut_over_ground(
     problems: list[Problem] = []
     first = 0
     while first < stops:
-        tell(first, stops)
+        tell_share(progress, first / stops)
         best, end = None, first
-        # All that is left is tried first: the last sortie takes it.
+        # All that is left is tried first: the last sortie takes it. Where none lasts, the last try is one stop.
         least, most, tried = first + 1, stops, stops
         while least <= most:
             plan = over_some(whole, np.arange(first, tried), hover)
@@ -63,7 +63,7 @@ def cut_over_ground(
                 most = tried - 1
             tried = (least + most) // 2
         if best is None:
-            problems.append(_too_much(whole, first, budget, hover))
+            problems.append(_too_much(whole, first, plan, budget))
             end = first + 1
         else:
             found.append(best)
@@ -101,32 +101,20 @@ def over_some(whole: Plan, stops: Ints, hover: HoverStyle) -> Plan | None:
         return None
     if whole.links is None:
         raise AssertionError("a plan over real ground knows its links")
-    some = _of_users(scenario, kept, whole, stops)
-    flown = moved(trajectory, some.users, planning_channel(scenario), trajectory.stops_m[stops])
-    flown = replace(flown, reference_m=np.empty((0, 2)), notes=(), bound=None)
+    pins = pins_of(scenario).at(trajectory.stops_m[stops])
+    some = replace(
+        as_sortie(scenario, scenario.users.some(kept, scenario.users.demand_bit)),
+        stops=tuple(scenario.stops[pin] for pin in pins[pins != NO_PIN].tolist()),
+    )
+    flown = cut_out(trajectory, some.users, planning_channel(scenario), trajectory.stops_m[stops])
     rates = whole.links.rates_bit_s_hz[np.ix_(kept, stops)]
     return plan_along(some, flown, hover, lambda over: hold_times(some, over, whole.rules, rates))
 
 
-def _of_users(scenario: Scenario, kept: Ints, whole: Plan, stops: Ints) -> Scenario:
-    """Return the scenario of some users, with the pinned stops among these."""
-    pins = pins_of(scenario).at(whole.trajectory.stops_m[stops])
-    matching = scenario.d2d.matching
-    return replace(
-        scenario,
-        users=scenario.users.some(kept, scenario.users.demand_bit),
-        stops=tuple(scenario.stops[pin] for pin in pins[pins != NO_PIN].tolist()),
-        d2d=replace(scenario.d2d, matching="given" if matching == "auto" else matching),
-        vehicle=replace(scenario.vehicle, end="rtl"),
-        warnings=(),
-    )
-
-
-def _too_much(whole: Plan, stop: int, budget: Budget, hover: HoverStyle) -> Problem:
-    """Return what is wrong with a stop that no sortie serves."""
+def _too_much(whole: Plan, stop: int, alone: Plan | None, budget: Budget) -> Problem:
+    """Return what is wrong with a stop that no sortie serves, ``alone`` the plan of one that does nothing else."""
     pin = int(pins_of(whole.scenario).at(whole.trajectory.stops_m[stop : stop + 1])[0])
     name = "" if pin == NO_PIN else whole.scenario.stops[pin].name
-    alone = over_some(whole, np.array([stop]), hover)
     if alone is None:
         return Problem(name or f"stop {stop + 1}", ALONE, "stop-alone")
     takes, gives = [f"{alone.forecast.mission_s:,.0f} s"], [f"{budget.seconds:,.0f} s"]

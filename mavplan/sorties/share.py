@@ -15,9 +15,9 @@ from mavplan.inflight import counts_in_flight, received_in_flight
 from mavplan.mission.autopilots import AutopilotRules
 from mavplan.planners.ordering import from_origin
 from mavplan.planners.pinned import NO_PIN, pins_of
-from mavplan.planners.trajectory import Trajectory, moved
+from mavplan.planners.trajectory import Trajectory, cut_out
 from mavplan.radio import Channel, planning_channel
-from mavplan.scenario.model import Bools, Floats, Ints, Scenario
+from mavplan.scenario.model import Bools, Floats, Ints, Scenario, Users
 from mavplan.scenario.sections import PinnedStop
 from mavplan.sorties.split import Leaf
 
@@ -64,8 +64,7 @@ def shares(
             raise InputError([_nobody_there(scenario, int(here[here != NO_PIN][0]))])
         some = _sub_scenario(scenario, trajectory, parts_bit[:, : number + 1], served[:, number])
         some = replace(some, stops=_pinned_parts(scenario, here, leaf))
-        flown = moved(trajectory, some.users, channel, trajectory.stops_m[list(leaf.stops)])
-        flown = replace(flown, reference_m=np.empty((0, 2)), notes=(), bound=None)
+        flown = cut_out(trajectory, some.users, channel, trajectory.stops_m[list(leaf.stops)])
         found.append(Share(some, flown, _held(some, flown, leaf, holds, rules)))
     return found
 
@@ -210,15 +209,13 @@ def _sub_scenario(scenario: Scenario, trajectory: Trajectory, parts_bit: Floats,
         its_bit = min(max(own_bit - before_bit[mate], 0.0), now_bit[mate])
         demand_bit[mate], demand_bit[user] = its_bit, now_bit[mate] - its_bit
         kept[user] = demand_bit[user] > 0 or (users.demand_bit[user] == 0 and before_bit[mate] == 0)
-    matching = scenario.d2d.matching
-    some = users.some(np.flatnonzero(kept), demand_bit)
-    return replace(
-        scenario,
-        users=some,
-        d2d=replace(scenario.d2d, matching="given" if matching == "auto" else matching),
-        vehicle=replace(scenario.vehicle, end="rtl"),
-        warnings=(),
-    )
+    return as_sortie(scenario, users.some(np.flatnonzero(kept), demand_bit))
+
+
+def as_sortie(scenario: Scenario, users: Users) -> Scenario:
+    """Return the scenario of a sortie that serves some of the users."""
+    home = replace(scenario.vehicle, end="rtl")
+    return replace(scenario.with_some(users), vehicle=home, warnings=())
 
 
 def _held(

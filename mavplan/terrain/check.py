@@ -85,7 +85,7 @@ def _fence_faults(built: BuiltMission, limit_m: float | None) -> Iterator[Proble
 def legs_over(mission: Mission, terrain: Terrain, names: Mapping[int, str]) -> list[OverLeg]:
     """Return the legs of a mission that lead from one place to another; a return to launch's is not among them."""
     plane = LocalPlane(mission.home.lat_e7 / 1e7, mission.home.lon_e7 / 1e7)
-    home_m = float(terrain.height_m(np.zeros((1, 2)))[0])
+    home_m = terrain.home_m
     found = []
     for leg in flown_legs(mission, names):
         start, end = leg.start, leg.end
@@ -100,7 +100,7 @@ def legs_over(mission: Mission, terrain: Terrain, names: Mapping[int, str]) -> l
 def ground_under(mission: Mission, terrain: Terrain) -> Iterator[tuple[int, Floats]]:
     """Yield an item's index and the ground above home under the way to it, at even distances, highest of their part."""
     plane = LocalPlane(mission.home.lat_e7 / 1e7, mission.home.lon_e7 / 1e7)
-    home_m = float(terrain.height_m(np.zeros((1, 2)))[0])
+    home_m = terrain.home_m
     at_m = np.zeros(2)
     for index, item in enumerate(mission.items):
         if not item.has_position:
@@ -146,7 +146,7 @@ def straight_return_warnings(
     mission = built.mission
     return_m = max(LAWS[rules.name].return_height_m, PX4_RETURN_M if rules.name == "px4" else 0.0)
     plane = LocalPlane(mission.home.lat_e7 / 1e7, mission.home.lon_e7 / 1e7)
-    home_m = float(terrain.height_m(np.zeros((1, 2)))[0])
+    home_m = terrain.home_m
     low = []
     for number, stop in enumerate(built.stop_items, start=1):
         item = mission.items[stop.first]

@@ -69,7 +69,7 @@ def fly_over(
     """
     vehicle = scenario.vehicle
     returns = vehicle.end == "rtl"
-    home_m = float(terrain.height_m(ORIGIN_M[None])[0])
+    home_m = terrain.home_m
     _check_known(terrain, trajectory.path_m, len(trajectory.path_m))
 
     def altitudes_m(places_m: Floats) -> Floats:

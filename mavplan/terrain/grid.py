@@ -74,9 +74,14 @@ class Terrain:
         """Return (N,) metres above sea level of (N, 2) places; NaN where the file has none."""
         return self._at_cells(self.cells_of(np.asarray(places_m, dtype=np.float64).reshape(-1, 2)))
 
+    @property
+    def home_m(self) -> float:
+        """Metres above sea level at home; NaN where the file has none."""
+        return float(self.height_m(np.zeros((1, 2)))[0])
+
     def height_above_home_m(self, places_m: Floats) -> Floats:
         """Return (N,) metres of ground above that at home."""
-        return self.height_m(places_m) - self.height_m(np.zeros((1, 2)))
+        return self.height_m(places_m) - self.home_m
 
     def under(self, start_m: Floats, end_m: Floats) -> Ground:
         """Return the ground under a leg between two places (2,).
