@@ -1,4 +1,4 @@
-"""The least mission time beside the paper's planners: ``python -m benchmarks.least_time [SEEDS [--jobs N]]``.
+"""The least mission time beside the paper's planners: ``python -m benchmarks.least_time [SEEDS] [OPTIONS]``.
 
 The regime of `benchmarks.regime`; 10 m/s at once, end "stay", the climb not counted. 2, 20 and 100 Mbit a user, without
 in-flight service and with it; the paper's planners, the best of TLOAIK, STOAIK and BOAIK with their numbers of
@@ -144,13 +144,15 @@ class Row:
         return (self.plan_s - self.bound_s) / self.plan_s if self.plan_s else 0.0
 
 
-def cases_of(seeds: int) -> list[Case]:
-    """All cases of the seeds from 0, those of a seed together."""
+def cases_of(seeds: int, demands_mbit: Sequence[float] = (), service: str = "both") -> list[Case]:
+    """Cases of the seeds from 0, those of a seed together; those of some demands, or of one service, alone."""
     return [
         Case(seed, mean, mbit, in_flight)
         for seed in range(seeds)
         for mean in DENSITIES
         for mbit, in_flight in WANTED
+        if (not demands_mbit or mbit in demands_mbit)
+        and service in ("both", "with" if in_flight else "without")
     ]
 
 
@@ -320,9 +322,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--limit", type=float, default=LIMIT_S, help=f"seconds of a core for each plan (default {LIMIT_S:g})"
     )
+    parser.add_argument(
+        "--mbit", type=float, nargs="+", default=(), help="demands a user: 2, 20, 100 (default all)"
+    )
+    parser.add_argument(
+        "--in-flight", choices=("without", "with", "both"), default="both", help="(default both)"
+    )
     parser.add_argument("--store", type=Path, default=STORE, help="where rows are kept")
     arguments = parser.parse_args(argv)
-    state, wanted = code_state(), cases_of(arguments.seeds)
+    state, wanted = code_state(), cases_of(arguments.seeds, arguments.mbit, arguments.in_flight)
     known = set(wanted)
     rows = [row for row in stored_rows(arguments.store, state[0], arguments.limit) if row.case in known]
     done = {row.case for row in rows}
