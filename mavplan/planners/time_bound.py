@@ -43,6 +43,9 @@ TOUCH = 5e-4
 CUTS = 6
 """Times that places where prices are too high are added to the programme in a round."""
 
+LEAST_METRE_S = 1e-9
+"""What a metre of the way costs where prices are for service alone: the search needs some cost."""
+
 GRID = 6
 """Places in a row across R that the programme begins with."""
 
@@ -88,13 +91,12 @@ def toll_problem(problem: TimeProblem, members: Ints, curve: Curve, prices: Pric
         axis=1,
     )
     weights = np.stack([flat[one] * need[one], flat[other] * need[other]], axis=1)
-    kept = 1.0 - prices.share
-    speed = problem.speed_m_s
+    metre = max((1.0 - prices.share) / problem.speed_m_s, LEAST_METRE_S)
     end = None
     if problem.vehicle.end == "rtl":
         # From the last place passed to the last stop the way costs the one, from there home the other.
-        end = min(kept / speed, 1.0 / problem.return_m_s)
-    return TollProblem(members, problem.users_m, fixed, weights, curve, max(kept / speed, 1e-9), end)
+        end = min(metre, 1.0 / problem.return_m_s)
+    return TollProblem(members, problem.users_m, fixed, weights, curve, metre, end)
 
 
 def members_of(problem: TimeProblem) -> Ints:

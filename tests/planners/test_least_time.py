@@ -6,6 +6,8 @@ import importlib
 import numpy as np
 import pytest
 
+from mavplan.bounds.time import from_json, proved_time_s
+from mavplan.bounds.time_case import TimeCase
 from mavplan.plan import make_plan
 from mavplan.planners import plan_trajectory, time_bound, time_search
 from mavplan.planners.time_search import TimeSearch
@@ -146,6 +148,25 @@ def test_the_plan_says_what_is_proved_of_the_mission_as_it_is_written():
     bound = plan.trajectory.bound
     assert bound.plan == pytest.approx(plan.forecast.flight_s + plan.holds.asked_s.sum())
     assert bound.bound <= bound.plan <= plan.forecast.mission_s + 1e-9
+
+
+@pytest.mark.parametrize("users", [1, 2, 3])
+def test_a_bound_that_rests_on_service_alone_is_proved_too(users):
+    """The way is nothing beside such demands, so its metres count for nothing in the proof."""
+    scenario = scattered(users, users, demand_mbit=3000.0, end="rtl", in_flight=True)
+    found = plan_trajectory(scenario)
+    certificate = from_json(found.bound.certificate(None))
+    assert certificate.share == pytest.approx(1.0)
+    case = TimeCase.of(
+        scenario.users,
+        planning_channel(scenario),
+        scenario.vehicle,
+        scenario.service,
+        wind=None,
+        in_flight=True,
+    )
+    assert proved_time_s(certificate, case) == pytest.approx(found.bound.bound, rel=1e-3)
+    assert found.bound.gap < 0.5
 
 
 def test_a_search_keeps_the_best_plan_it_was_given(monkeypatch):
