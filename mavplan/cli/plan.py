@@ -130,8 +130,8 @@ altitude_option = click.option(
 @click.option(
     "--sorties",
     type=SortieCount(),
-    help="Split the plan where the battery ends, into as many sorties as it takes ('auto') or at most N: then what "
-    "does the most for the weighted demand is flown.",
+    help="Split the plan where the battery ends, into as many sorties as it takes ('auto') or at most N, of each "
+    "vehicle: then what does the most for the weighted demand is flown.",
 )
 @click.option(
     "--vehicles",
@@ -188,6 +188,7 @@ def plan_command(
     mavplan plan scenario.toml --items
     mavplan plan scenario.toml --sorties auto
     mavplan plan scenario.toml --vehicles 3 --altitude-step 15
+    mavplan plan scenario.toml --vehicles 2 --sorties 1
     mavplan plan city.toml --planner length --jobs 4
     mavplan plan scenario.toml --json | jq .mission_s
     mavplan plan - -o - --format geojson < scenario.toml
@@ -213,16 +214,12 @@ def plan_command(
     check_outputs(outputs)
     note(f"reading {scenario}")
     loaded = with_options(read_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s, altitude)
-    if isinstance(sorties, int) and vehicles is not None and vehicles > 1:
-        raise click.UsageError(
-            "with --vehicles only --sorties auto: who is left out of N sorties is decided for one vehicle"
-        )
     click.get_current_context().with_resource(lending(jobs, cluster))
     if vehicles is not None and vehicles > 1:
         from mavplan.cli.several import fly_fleet
 
         apart_m = separation_m, altitude_step_m
-        fly_fleet(loaded, hover, vehicles, outputs, apart_m, sorties=sorties is not None, items=items)
+        fly_fleet(loaded, hover, vehicles, outputs, apart_m, sorties=sorties, items=items)
         return
     if sorties is not None:
         from mavplan.cli.several import fly_sorties

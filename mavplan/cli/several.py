@@ -55,12 +55,8 @@ def fly_sorties(
     suffixes = _numbers(made.plans)
     rest = {} if made.rest is None else rest_files(made.rest, outputs[0])
     written, warnings = _write(made.plans, suffixes, outputs, rest)
-    left: list[Problem] = []
-    if made.not_served:
-        message = f"{_shortened(made.not_served)}: what the battery gives goes to others"
-        left.append(Problem("not served", message, "not-served", "warning"))
     names = [_named(outputs[0], suffix) for suffix in suffixes]
-    say_problems([*_warnings(made.plans, names), *warnings, *left])
+    say_problems([*_warnings(made.plans, names), *warnings, *_left_out(made.not_served)])
     if len(made.plans) == 1:
         print_plan(made.plans[0])
         if made.rest is None:
@@ -70,20 +66,33 @@ def fly_sorties(
         air = sum(plan.forecast.mission_s for plan in made.plans)
         tell(f"{counted(len(made.plans), 'sortie')}: {clock(air)} in the air, batteries changed in between")
     _print_items(made.plans, suffixes, items=items)
-    if made.rest is not None:
-        users = scenario.users
-        weight = np.ones(len(users)) if users.priority is None else users.priority
-        out = np.isin(np.array(users.names, dtype=object), np.array(made.not_served, dtype=object))
-        value, lost = (float((weight * users.demand_bit)[which].sum()) for which in (slice(None), out))
-        tell(
-            f"not served: {counted(len(made.not_served), 'user')} ({_shortened(made.not_served)}), "
-            f"{lost / value if value else 0:.0%} of the weighted demand"
-        )
+    _tell_left_out(scenario, made.not_served)
     tell_written(written)
     answer(
         _answer(made.plans, suffixes, outputs, made.not_served) | {"written": [str(path) for path in written]}
     )
     _tell_report(names)
+
+
+def _left_out(names: Sequence[str]) -> list[Problem]:
+    """Return the warning that some users are not served, if some are."""
+    if not names:
+        return []
+    message = f"{_shortened(names)}: what the battery gives goes to others"
+    return [Problem("not served", message, "not-served", "warning")]
+
+
+def _tell_left_out(scenario: Scenario, names: Sequence[str]) -> None:
+    """Tell how much is not served, if something is not."""
+    if not names:
+        return
+    users = scenario.users
+    out = np.isin(np.array(users.names, dtype=object), np.array(names, dtype=object))
+    value, lost = float(users.weighted_bit.sum()), float(users.weighted_bit[out].sum())
+    tell(
+        f"not served: {counted(len(names), 'user')} ({_shortened(names)}), "
+        f"{lost / value if value else 0:.0%} of the weighted demand"
+    )
 
 
 def fly_fleet(
@@ -93,7 +102,7 @@ def fly_fleet(
     outputs: Sequence[Path],
     apart_m: tuple[float, float],
     *,
-    sorties: bool,
+    sorties: int | str | None,
     items: bool,
 ) -> None:
     """Plan a fleet, write its files and print a row for each vehicle.
@@ -103,7 +112,8 @@ def fly_fleet(
     apart_m
         Separation over the ground, and the step between heights.
     sorties
-        Whether flights are cut where a battery ends.
+        Into how many each vehicle's flight is cut at most where a battery ends; any word: as many as it takes; None: it
+        is not cut.
     """
     from mavplan.fleet.make import plan_fleet
 
@@ -115,13 +125,15 @@ def fly_fleet(
             hover,  # type: ignore[arg-type]
             separation_m=apart_m[0],
             altitude_step_m=apart_m[1],
-            sorties=sorties,
+            sorties=sorties is not None,
+            most=sorties if isinstance(sorties, int) else None,
             progress=move,
         )
     suffixes = _numbers(made.plans)
-    written, warnings = _write(made.plans, suffixes, outputs, {})
+    rest = {} if made.rest is None else rest_files(made.rest, outputs[0])
+    written, warnings = _write(made.plans, suffixes, outputs, rest)
     names = [_named(outputs[0], suffix) for suffix in suffixes]
-    say_problems([*_warnings(made.plans, names), *warnings, *made.said])
+    say_problems([*_warnings(made.plans, names), *warnings, *made.said, *_left_out(made.not_served)])
     print_flights("vehicle", made.plans, names)
     rounds = max(1 if plan.part is None else plan.part.round for plan in made.plans)
     flying = len({1 if plan.part is None else plan.part.number for plan in made.plans})
@@ -135,8 +147,11 @@ def fly_fleet(
         f"{clock(sum(plan.forecast.mission_s for plan in made.plans))} in the air{changed}"
     )
     _print_items(made.plans, suffixes, items=items)
+    _tell_left_out(scenario, made.not_served)
     tell_written(written)
-    answer(_answer(made.plans, suffixes, outputs, ()) | {"written": [str(path) for path in written]})
+    answer(
+        _answer(made.plans, suffixes, outputs, made.not_served) | {"written": [str(path) for path in written]}
+    )
     _tell_report(names)
 
 

@@ -3,17 +3,20 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeVar
+
+import numpy as np
 
 from mavplan.errors import InputError, Problem
 from mavplan.fleet.apart import Starts
 from mavplan.fleet.crews import Crews
-from mavplan.fleet.rounds import Apart, Round, cut_each, dealt, rounds_of, total_s
+from mavplan.fleet.rounds import Apart, Cut, Round, cut_each, dealt, rounds_of, total_s
 from mavplan.geo import Elsewhere, LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan
 from mavplan.progress import Progress
-from mavplan.scenario.model import UNPAIRED, Scenario
+from mavplan.scenario.model import UNPAIRED, Bools, Scenario
 from mavplan.scenario.sections import FleetVehicle, Home
 from mavplan.sorties.make import needed_budget, said_of_the_end
 
@@ -32,12 +35,17 @@ class Fleet:
         One for each vehicle that has users, with its number and its start.
     said
         What was done to keep them apart, and who stays on the ground.
+    not_served, rest
+        Names of the users whom no sortie serves, and a scenario of them, with mates that may relay; None where all are
+        served.
     """
 
     single: Plan
     single_s: float
     plans: tuple[Plan, ...]
     said: tuple[Problem, ...] = ()
+    not_served: tuple[str, ...] = ()
+    rest: Scenario | None = None
 
     @property
     def longest_s(self) -> float:
@@ -62,6 +70,7 @@ def plan_fleet(
     separation_m: float = 50.0,
     altitude_step_m: float = 0.0,
     sorties: bool = False,
+    most: int | None = None,
     progress: Progress | None = None,
 ) -> Fleet:
     """Plan a scenario for several vehicles, the longest mission as short as can be found.
@@ -81,6 +90,9 @@ def plan_fleet(
     sorties
         Whether each vehicle's flight is cut into sorties where a battery does not last it. Each round of them, one a
         vehicle, begins when all vehicles of the one before stand at home.
+    most
+        How many sorties each vehicle has at most: what they do not serve of the weighted demand is left over. None: as
+        many as it takes.
     progress
         As for `make_plan`.
 
@@ -105,29 +117,61 @@ def plan_fleet(
     own = [_of_vehicle(scenario, number, altitude_step_m) for number in range(count)]
     single = make_plan(own[0], hover, progress)
     faults: list[InputError] = []
-    alone = _tried(lambda: cut_each([single], hover)[0] if sorties else (single,), faults)
-    single_s = math.inf if alone is None else sum(plan.forecast.mission_s for plan in alone)
-    if count == 1 and alone is not None and len(alone) == 1:
+    cut = partial(_cut, hover=hover, sorties=sorties)
+    alone = _tried(lambda: cut([single], most=most), faults)
+    single_s = math.inf
+    if alone is not None and not alone.not_served:
+        single_s = sum(plan.forecast.mission_s for plan in alone.sorties[0])
+    if count == 1 and alone is not None and alone.sorties == ((single,),):
         return Fleet(single, single_s, (replace(single, altitude=chosen),))
-    best = (
-        None if alone is None else [Round((plan, *[None] * (count - 1)), _at_once(count)) for plan in alone]
-    )
+    best = None
+    if alone is not None:
+        rounds = [Round((plan, *[None] * (count - 1)), _at_once(count)) for plan in alone.sorties[0]]
+        best = _Way(rounds, alone.not_served)
     if count > 1:
         apart = Apart(separation_m, altitude_step_m)
         # From the highest the fewest are in reach: its stops do for all of them.
         high = replace(own[0], vehicle=own[-1].vehicle)
         base = make_plan(high, hover) if altitude_step_m > 0 else single
         found = Crews(base, own, hover).planned()
-        ways = [_tried(lambda: rounds_of(_cut(found, hover, sorties=sorties), apart), faults)]
+        own_way = _tried(lambda: cut(found, most=most), faults)
+        ways = [] if own_way is None else [_Way(rounds_of(own_way.sorties, apart), own_way.not_served)]
         if sorties and not scenario.vehicles:
-            ways.append(_tried(lambda: dealt(cut_each([base], hover)[0], own, hover, apart), faults))
+            in_all = _tried(lambda: cut([base], most=None if most is None else most * count), faults)
+            if in_all is not None:
+                ways.append(_Way(dealt(in_all.sorties[0], own, hover, apart, most), in_all.not_served))
         # One vehicle alone is done sooner than all of them in turn, where they are in one another's way.
         for way in ways:
-            best = way if way is not None and total_s(way) <= total_s(best) else best
-    if best is None:
+            best = way if way.rounds is not None and _cost(way, scenario) <= _cost(best, scenario) else best
+    if best is None or best.rounds is None:
         raise faults[-1]
+    left = _left(scenario, best)
+    names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
+    best = replace(best, not_served=names)
     plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(best, scenario))
-    return Fleet(single, single_s, plans, (*_told(best), *_idle(best, scenario)))
+    rest = scenario.left_over(left, scenario.users.demand_bit) if names else None
+    return Fleet(single, single_s, plans, (*_told(best.rounds or []), *_idle(best, scenario)), names, rest)
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A way to fly: its rounds, None where vehicles cannot be kept apart, and who is not served."""
+
+    rounds: list[Round] | None
+    not_served: tuple[str, ...]
+
+
+def _cost(way: _Way | None, scenario: Scenario) -> tuple[float, float]:
+    """Return what way is better: first the weighted demand that is not met, Mbit, then the seconds of its rounds."""
+    if way is None:
+        return math.inf, math.inf
+    return round(float(scenario.users.weighted_bit[_left(scenario, way)].sum()) / 1e6, 6), total_s(way.rounds)
+
+
+def _left(scenario: Scenario, way: _Way) -> Bools:
+    """Return (N,) who is not served."""
+    names = np.array(scenario.users.names, dtype=object)
+    return np.isin(names, np.array(way.not_served, dtype=object))
 
 
 def _check_pinned(scenario: Scenario) -> None:
@@ -170,9 +214,11 @@ def _at_once(count: int) -> Starts:
     return Starts((0.0,) * count, ())
 
 
-def _cut(found: Sequence[Plan | None], hover: HoverStyle, *, sorties: bool) -> list[tuple[Plan, ...]]:
+def _cut(found: Sequence[Plan | None], hover: HoverStyle, *, sorties: bool, most: int | None) -> Cut:
     """Return the flights of each vehicle, cut where its battery ends if that is wanted."""
-    return cut_each(found, hover) if sorties else [() if plan is None else (plan,) for plan in found]
+    if sorties:
+        return cut_each(found, hover, most)
+    return Cut(tuple(() if plan is None else (plan,) for plan in found))
 
 
 def _told(rounds: Sequence[Round]) -> tuple[Problem, ...]:
@@ -223,8 +269,9 @@ def _of_vehicle(scenario: Scenario, number: int, altitude_step_m: float) -> Scen
     return replace(scenario, home=home, users=replace(users, xy_m=xy_m), vehicle=vehicle, terrain=terrain)
 
 
-def _numbered(rounds: Sequence[Round], scenario: Scenario) -> Iterator[Plan]:
+def _numbered(way: _Way, scenario: Scenario) -> Iterator[Plan]:
     """Yield the flights, round by round, with numbers, names and starts."""
+    rounds = way.rounds or []
     flying = [v for v in _vehicles(rounds) if any(found.plans[v] is not None for found in rounds)]
     for turn, found in enumerate(rounds, start=1):
         for number, vehicle in enumerate(flying, start=1):
@@ -240,6 +287,7 @@ def _numbered(rounds: Sequence[Round], scenario: Scenario) -> Iterator[Plan]:
                 found.starts.start_s[vehicle],
                 round=turn,
                 rounds=len(rounds),
+                not_served=way.not_served,
             )
             yield replace(plan, part=part)
 
@@ -248,13 +296,15 @@ def _vehicles(rounds: Sequence[Round]) -> range:
     return range(len(rounds[0].plans))
 
 
-def _idle(rounds: Sequence[Round], scenario: Scenario) -> tuple[Problem, ...]:
+def _idle(way: _Way, scenario: Scenario) -> tuple[Problem, ...]:
+    rounds = way.rounds or []
     idle = [v for v in _vehicles(rounds) if all(found.plans[v] is None for found in rounds)]
     if not idle:
         return ()
     named = [_named(scenario, vehicle) for vehicle in idle]
     names = ", ".join(str(v + 1) if at is None else at.name for v, at in zip(idle, named, strict=True))
-    message = "stays on the ground: the others are done no later without it"
+    without = "nobody more is served with it" if way.not_served else "the others are done no later without it"
+    message = f"stays on the ground: {without}"
     return (Problem(f"vehicle {names}", message, "idle-vehicle", "warning"),)
 
 

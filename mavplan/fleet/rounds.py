@@ -59,8 +59,26 @@ def rounds_of(cut: Sequence[Sequence[Plan]], apart: Apart) -> list[Round] | None
     return found
 
 
-def cut_each(plans: Sequence[Plan | None], hover: HoverStyle) -> list[tuple[Plan, ...]]:
-    """Return the sorties of each vehicle's flight, none for one that stays on the ground.
+@dataclass(frozen=True)
+class Cut:
+    """The sorties of each vehicle in their order, none of one that stays on the ground, and who is not served."""
+
+    sorties: tuple[tuple[Plan, ...], ...]
+    not_served: tuple[str, ...] = ()
+
+
+def cut_each(plans: Sequence[Plan | None], hover: HoverStyle, most: int | None = None) -> Cut:
+    """Return the sorties of each vehicle's flight.
+
+    Parameters
+    ----------
+    plans
+        What each vehicle would fly with a battery that lasts; None for one that stays on the ground.
+    hover
+        What a stop is made of.
+    most
+        How many sorties each vehicle has at most: then a vehicle that can serve nobody stays on the ground, unless
+        pinned stops are its business, or nobody is served by any.
 
     Raises
     ------
@@ -68,19 +86,34 @@ def cut_each(plans: Sequence[Plan | None], hover: HoverStyle) -> list[tuple[Plan
         Everything that no sortie of its vehicle serves.
     """
     found: list[tuple[Plan, ...]] = []
+    left: list[str] = []
     problems: list[Problem] = []
+    fatal = most is None
     for number, plan in enumerate(plans, start=1):
+        if plan is None:
+            found.append(())
+            continue
         try:
-            found.append(() if plan is None else sorties_of(plan, hover))
+            made = sorties_of(plan, hover, most)
         except InputError as error:
             problems += [replace(p, where=f"vehicle {number}, {p.where}") for p in error.problems]
-    if problems:
+            fatal = fatal or bool(plan.scenario.stops)
+            found.append(())
+            left += plan.scenario.users.names
+        else:
+            found.append(made.plans)
+            left += made.not_served
+    if problems and (fatal or not any(found)):
         raise InputError(problems)
-    return found
+    return Cut(tuple(found), tuple(left))
 
 
 def dealt(
-    sorties: Sequence[Plan], own: Sequence[Scenario], hover: HoverStyle, apart: Apart
+    sorties: Sequence[Plan],
+    own: Sequence[Scenario],
+    hover: HoverStyle,
+    apart: Apart,
+    most: int | None = None,
 ) -> list[Round] | None:
     """Return rounds of the sorties of one flight, for vehicles that start at one home; None where there are none.
 
@@ -97,6 +130,8 @@ def dealt(
         What a stop is made of.
     apart
         What they keep.
+    most
+        Sorties of a vehicle at most.
     """
     left = sorted(range(len(sorties)), key=lambda n: -sorties[n].forecast.mission_s)
     made: dict[tuple[int, int], Plan | None] = {}
@@ -111,6 +146,8 @@ def dealt(
         flying: list[Plan | None] = [None] * len(own)
         now: Round | None = None
         for vehicle in range(len(own)):
+            if most is not None and sum(one.plans[vehicle] is not None for one in found) == most:
+                continue
             best: tuple[float, int, Round] | None = None
             for number in left[:1] if now is None else left:
                 plan = of(number, vehicle)

@@ -64,6 +64,11 @@ class Users:
         """Return the number of users."""
         return len(self.names)
 
+    @property
+    def weighted_bit(self) -> Floats:
+        """(N,) each user's demand times its priority: what it is worth to serve it."""
+        return self.demand_bit if self.priority is None else self.priority * self.demand_bit
+
     def some(self, kept: Ints, demand_bit: Floats) -> "Users":
         """Return K of N users by their indices with other demands, (N,); a pair of which one is left out is none."""
         place = np.full(len(self) + 1, UNPAIRED, dtype=np.int64)

@@ -282,7 +282,6 @@ def _pinned_s(whole: Plan) -> dict[int, float]:
 def _units(whole: Plan) -> list[Unit]:
     """Return the users as units, in the order of their first user."""
     users, assignment = whole.scenario.users, whole.trajectory.assignment
-    weight = np.ones(len(users)) if users.priority is None else users.priority
     channel = planning_channel(whole.scenario)
     stops_m = whole.trajectory.stops_m
     found = []
@@ -294,6 +293,6 @@ def _units(whole: Plan) -> list[Unit]:
         apart_m = np.linalg.norm(users.xy_m[user : user + 1] - stops_m[stop], axis=1)
         rate_bit_s = channel.radio.bandwidth_hz * float(channel.air_rate(apart_m)[0])
         seconds = float(users.demand_bit[together].sum()) / rate_bit_s
-        value = float((weight[together] * users.demand_bit[together]).sum()) / 1e6
+        value = float(users.weighted_bit[together].sum()) / 1e6
         found.append(Unit(together, stop, seconds, value))
     return found

@@ -73,33 +73,28 @@ def plan_sorties(
     InputError
         As `make_plan`; no battery is given; users that no sortie serves and comes home with the reserve.
     """
-    budget = needed_budget(scenario)
+    needed_budget(scenario)
     whole = make_plan(scenario, hover, part_of(progress, 0, 2) if scenario.over_ground else progress)
+    return sorties_of(whole, hover, most, part_of(progress, 1, 2))
+
+
+def sorties_of(
+    whole: Plan,
+    hover: HoverStyle = "waypoint+loiter",
+    most: int | None = None,
+    progress: Progress | None = None,
+) -> Sorties:
+    """Return a plan as it is where one battery does it, else cut into sorties; all as in `plan_sorties`."""
+    budget = needed_budget(whole.scenario)
     if _lasts(whole, budget):
         return Sorties(whole, (whole,))
-    if scenario.over_ground:
-        return _over_ground(whole, budget, hover, most, part_of(progress, 1, 2))
+    if whole.scenario.over_ground:
+        return _over_ground(whole, budget, hover, most, progress)
     if most is not None:
         from mavplan.sorties.choose import most_weighted
 
         return most_weighted(whole, budget, most, hover)
     return Sorties(whole, finished(whole, _all_served(whole, budget), hover))
-
-
-def sorties_of(whole: Plan, hover: HoverStyle = "waypoint+loiter") -> tuple[Plan, ...]:
-    """Return a plan as it is where one battery does it, else cut into as many sorties as it takes.
-
-    Raises
-    ------
-    InputError
-        As `plan_sorties`.
-    """
-    budget = needed_budget(whole.scenario)
-    if _lasts(whole, budget):
-        return (whole,)
-    if whole.scenario.over_ground:
-        return _over_ground(whole, budget, hover).plans
-    return finished(whole, _all_served(whole, budget), hover)
 
 
 def needed_budget(scenario: Scenario) -> Budget:

@@ -85,9 +85,7 @@ def worth_most(found: list[Plan], most: int) -> list[Plan]:
         raise InputError([Problem("[[stops]]", message, "stops-sorties")])
 
     def value(plan: Plan) -> float:
-        users = plan.scenario.users
-        bits = users.demand_bit.sum() if users.priority is None else users.priority @ users.demand_bit
-        return math.inf if plan.scenario.stops else float(bits)
+        return math.inf if plan.scenario.stops else float(plan.scenario.users.weighted_bit.sum())
 
     best = sorted(range(len(found)), key=lambda number: -value(found[number]))[:most]
     return [found[number] for number in sorted(best)]

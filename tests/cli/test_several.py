@@ -81,7 +81,6 @@ def test_each_vehicle_has_files_of_its_own_and_a_start(mavplan, gallery, tmp_pat
         assert read_plan(tmp_path / f"v-{number}.plan").stops
     table = mavplan("plan", scenario, "--vehicles", "2", "-o", "v.plan")
     assert "v-2.plan" in table.out
-    assert mavplan("plan", scenario, "--vehicles", "2", "--sorties", "1").code == 2
     assert mavplan("plan", scenario, "--vehicles", "0").code == 2
 
 
@@ -110,6 +109,24 @@ def test_vehicles_whose_batteries_do_not_last_have_files_for_every_sortie(
     table = mavplan("plan", short_of_battery, "--vehicles", "2", "--sorties", "auto", "-o", "v.plan")
     assert "rounds" in table.out
     assert "v-1-1.plan" in table.out
+
+
+def test_what_a_fleet_cannot_serve_with_its_batteries_is_left_over(mavplan, short_of_battery, tmp_path):
+    text = short_of_battery.read_text("utf-8").replace("battery_wh = 85.0", "battery_wh = 76.5")
+    short_of_battery.write_text(text)
+    ran = mavplan("plan", short_of_battery, "--vehicles", "2", "--sorties", "1", "-o", "v.plan", "--json")
+    assert ran.code == 0, ran.err
+    found = json.loads(ran.out)
+    assert len(found["flights"]) == 2
+    served = {user["name"] for flight in found["flights"] for user in flight["users"]}
+    everybody = set(load_scenario(short_of_battery).users.names)
+    assert found["not_served"]
+    assert set(found["not_served"]) == everybody - served
+    assert "v-rest.toml" in found["written"]
+    assert set(load_scenario(tmp_path / "v-rest.toml").users.names) >= set(found["not_served"])
+    table = mavplan("plan", short_of_battery, "--vehicles", "2", "--sorties", "1", "-o", "v.plan")
+    assert "what the battery gives goes to others" in table.err
+    assert "of the weighted demand" in table.out
 
 
 def test_a_warning_of_one_flight_names_it_and_one_of_all_comes_once(mavplan, gallery, tmp_path):

@@ -97,22 +97,82 @@ def test_one_vehicle_with_sorties_flies_those_of_the_plan_alone():
     assert fleet.single_s == alone.total_s
 
 
-def test_a_fleet_flies_where_one_vehicle_reaches_nobody_with_its_battery():
+def with_homes_on_the_plane(scenario, homes_m):
+    """Vehicles a, b … that start at places (east, north) of home."""
     plane = LocalPlane(HOME.lat_deg, HOME.lon_deg)
-    scenario = make_scenario(
-        [(-1900, 0), (-1800, 300), (5200, 0), (5100, -200)], demand_mbit=60.0, clusters=4, endurance_s=700.0
-    )
     lat_deg, lon_deg = plane.to_lat_lon_deg(scenario.users.xy_m)
     users = dataclasses.replace(scenario.users, lat_deg=lat_deg, lon_deg=lon_deg)
-    homes = zip(*(part.tolist() for part in plane.to_lat_lon_deg([(0.0, 0.0), (5000.0, 0.0)])), strict=True)
+    homes = zip(*(part.tolist() for part in plane.to_lat_lon_deg(homes_m)), strict=True)
     vehicles = tuple(
         FleetVehicle(lat, lon, 600.0, name) for (lat, lon), name in zip(homes, "ab", strict=True)
     )
-    fleet = plan_fleet(dataclasses.replace(scenario, users=users, vehicles=vehicles), 2, sorties=True)
+    return dataclasses.replace(scenario, users=users, vehicles=vehicles)
+
+
+def test_a_fleet_flies_where_one_vehicle_reaches_nobody_with_its_battery():
+    scenario = make_scenario(
+        [(-1900, 0), (-1800, 300), (5200, 0), (5100, -200)], demand_mbit=60.0, clusters=4, endurance_s=700.0
+    )
+    scenario = with_homes_on_the_plane(scenario, [(0.0, 0.0), (5000.0, 0.0)])
+    fleet = plan_fleet(scenario, 2, sorties=True)
     assert fleet.single_s == float("inf")
     assert {plan.part.name for plan in fleet.plans} == {"a", "b"}
     with pytest.raises(InputError) as raised:
-        plan_fleet(dataclasses.replace(scenario, users=users, vehicles=vehicles[:1]), 1, sorties=True)
+        plan_fleet(dataclasses.replace(scenario, vehicles=scenario.vehicles[:1]), 1, sorties=True)
+    assert {problem.code for problem in raised.value.problems} == {"beyond-battery"}
+
+
+def lost_bit(scenario, not_served):
+    users = scenario.users
+    return sum(users.weighted_bit[users.names.index(name)] for name in not_served)
+
+
+@pytest.mark.parametrize("step_m", [0.0, 15.0])
+@pytest.mark.parametrize("most", [1, 2])
+def test_with_few_sorties_each_the_fleet_serves_the_most_it_can(most, step_m):
+    scenario = tired()
+    weights = np.array([1.0, 1.0, 5.0, 1.0, 1.0, 3.0])
+    scenario = dataclasses.replace(scenario, users=dataclasses.replace(scenario.users, priority=weights))
+    fleet = plan_fleet(scenario, 2, altitude_step_m=step_m, sorties=True, most=most)
+    usable_s = 700.0 * (1 - scenario.vehicle.reserve_fraction)
+    flown = [(plan.part.number, plan.part.round) for plan in fleet.plans]
+    assert len(set(flown)) == len(flown) <= 2 * most
+    assert max(round_ for _, round_ in flown) <= most
+    assert all(plan.forecast.mission_s <= usable_s for plan in fleet.plans)
+    served = [name for plan in fleet.plans for name in plan.scenario.users.names]
+    assert set(served) | set(fleet.not_served) == set(scenario.users.names)
+    assert not set(served) & set(fleet.not_served)
+    assert {plan.part.not_served for plan in fleet.plans} == {fleet.not_served}
+    # As much as one vehicle with as many batteries, and more than with its own.
+    alone = [lost_bit(scenario, plan_sorties(scenario, most=n).not_served) for n in (most, 2 * most)]
+    lost = lost_bit(scenario, fleet.not_served)
+    assert lost <= (alone[1] if step_m == 0 else alone[0])
+    assert lost < alone[0]
+    if fleet.not_served:
+        assert fleet.rest.users.names == fleet.not_served
+        assert fleet.single_s == np.inf
+    else:
+        assert fleet.rest is None
+
+
+def test_a_vehicle_whose_sortie_serves_nobody_stays_on_the_ground():
+    scenario = with_homes_on_the_plane(
+        make_scenario(
+            [(-600, 0), (-500, 300), (5200, 0)],
+            demand_mbit=[60.0, 60.0, 9000.0],
+            clusters=3,
+            endurance_s=700.0,
+        ),
+        [(0.0, 0.0), (5000.0, 0.0)],
+    )
+    fleet = plan_fleet(scenario, 2, sorties=True, most=1)
+    assert [plan.part.name for plan in fleet.plans] == ["a"]
+    assert fleet.not_served == fleet.rest.users.names == ("u2",)
+    assert [(problem.where, problem.code) for problem in fleet.said] == [("vehicle b", "idle-vehicle")]
+    assert "nobody more is served with it" in fleet.said[0].message
+    users = dataclasses.replace(scenario.users, demand_bit=np.full(3, 9e9))
+    with pytest.raises(InputError) as raised:
+        plan_fleet(dataclasses.replace(scenario, users=users), 2, sorties=True, most=1)
     assert {problem.code for problem in raised.value.problems} == {"beyond-battery"}
 
 
