@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mavplan.bounds import Bound
+from mavplan.json_layout import laid_out
 from mavplan.mission.model import Command
 from mavplan.plan import Plan
 from mavplan.plan_forecast import forecast_object
@@ -128,8 +129,8 @@ def document(plan: Plan, progress: Progress | None = None) -> dict[str, Any]:
             {
                 "stop": slot.stop,
                 "user": names[slot.user],
-                "start_s": round(slot.start_s, 6),
-                "duration_s": round(slot.duration_s, 6),
+                "start_s": round(slot.start_s, 9),
+                "duration_s": round(slot.duration_s, 9),
             }
             for slot in plan.holds.schedule
         ],
@@ -163,7 +164,7 @@ def _ground(plan: Plan, terrain: Terrain) -> list[dict[str, Any]]:
 
 def dumps(plan: Plan, progress: Progress | None = None) -> str:
     """Return the text of ``X.mavplan.json``; ``progress`` as in `document`."""
-    return json.dumps(document(plan, progress), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return laid_out(document(plan, progress))
 
 
 def sections(scenario: Scenario) -> dict[str, dict[str, Any]]:

@@ -143,6 +143,8 @@ def _print_object(document: Mapping[str, Any]) -> None:
 
 def print_table(table: "Table") -> None:
     """Print a table for a person as wide as the terminal: closer where that is narrow, but no figure is cut."""
+    if not mode().shows:
+        return
     console = stdout()
     if _least_width(table, console) > console.width:
         table.padding = (0, 0, 0, 1)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mavplan.errors import InputError, Problem
 from mavplan.formats import FORMATS, read_mission
 from mavplan.formats.atomic import atomic_write
+from mavplan.json_layout import laid_out
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.model import Autopilot, Mission
 
@@ -124,10 +125,8 @@ def remember_vehicle(mission_file: Path, report: "UploadReport") -> tuple[Proble
         "verified_at": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     try:
-        text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-        atomic_write(
-            path, text.encode("utf-8", "backslashreplace")
-        )  # half a character is JSON only as an escape
+        # Half a character is JSON only as an escape.
+        atomic_write(path, laid_out(content, allow_nan=True).encode("utf-8", "backslashreplace"))
     except InputError as error:
         return tuple(Problem(found.where, found.message, found.code, "warning") for found in error.problems)
     return ()

@@ -1,9 +1,9 @@
 """GeoJSON (RFC 7946): points of home, stops and users, the path as a line, the fence's polygons."""
 
 import itertools
-import json
 from typing import Any
 
+from mavplan.json_layout import laid_out
 from mavplan.maps.content import PlanMap
 from mavplan.mission.geofence import FencePolygon
 
@@ -55,7 +55,7 @@ def to_geojson(content: PlanMap) -> str:
             )
         )
     collection = {"type": "FeatureCollection", "name": content.title, "features": features}
-    return json.dumps(collection, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return laid_out(collection)
 
 
 def _fence(content: PlanMap) -> list[dict[str, Any]]:

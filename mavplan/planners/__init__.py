@@ -108,7 +108,9 @@ def plan_trajectory(scenario: Scenario, progress: Progress | None = None) -> Tra
     InputError
         The planner's name is unknown, or nobody on the ground can be reached from this altitude.
     """
-    with one_thread(clustering=scenario.planner.name not in WITHOUT_CLUSTERS):
+    region_by_region = scenario.planner.name == "time" and len(scenario.users) > TOGETHER
+    without = region_by_region or scenario.planner.name in WITHOUT_CLUSTERS
+    with one_thread(clustering=not without):
         return _with_pins(scenario, _planned(scenario, progress))
 
 

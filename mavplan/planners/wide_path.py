@@ -58,6 +58,8 @@ def wide_path(
     seed: int,
     spread: Spread,
     progress: Progress | None = None,
+    *,
+    effort: float = 1.0,
 ) -> Floats:
     """Return points (K, 2) of a path that meets all requirements, without its start and its given end.
 
@@ -71,19 +73,21 @@ def wide_path(
         Where regions are worked out.
     progress
         Called with the part done and the whole.
+    effort
+        Part of the usual attempts, where the path is only a beginning.
     """
     rounds_done = 0
-    more = max(1.0, LEAST_ATTEMPTS / (sum(EFFORTS) * len(problem.required)))
-    efforts = [more * effort for effort in EFFORTS]
+    more = max(effort, LEAST_ATTEMPTS / (sum(EFFORTS) * len(problem.required)))
+    efforts = [more * usual for usual in EFFORTS]
 
     def tell(share: float) -> None:
         tell_share(progress, (rounds_done + share) / len(EFFORTS))
 
     middles = problem.required.places_m[problem.required.choices].mean(axis=1)
     line, place = _made(problem, middles, (efforts[0], seed), spread, tell)
-    for number, (share, effort) in enumerate(zip(CUTS, efforts[1:], strict=True), start=1):
+    for number, (share, each) in enumerate(zip(CUTS, efforts[1:], strict=True), start=1):
         rounds_done = number
-        line, place = _recut(problem, (line, place), middles, (share, effort, seed, number), spread, tell)
+        line, place = _recut(problem, (line, place), middles, (share, each, seed, number), spread, tell)
     ends = slice(1, None if problem.end_m is None else -1)
     return _toured(problem, line[ends], place[ends])
 
