@@ -1,19 +1,19 @@
 """In-flight service: what users receive while the vehicle flies past, section 9. Pure.
 
 The rate of each user is integrated along each leg: from rest to rest between stops, 0 beyond R, nothing during climb,
-descent and return. What the vehicle's real flight adds is left out: the time to settle at a stop, legs slower than
-planned, and the brakes at a point that is only turned at.
+descent and return. Where the hold at its end begins before the rest, a leg counts until then. What the vehicle's real
+flight adds is left out: the time to settle at a stop, legs slower than planned, and the brakes at a point that is only
+turned at.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mavplan.mission.autopilots import AutopilotRules
-from mavplan.mission.flight_law import LAWS
 from mavplan.mission.motion import Legs, rest_to_rest
+from mavplan.mission.phases import Vehicle as Flyer
 from mavplan.planners.trajectory import Trajectory
 from mavplan.radio import Channel
 from mavplan.scenario.model import Bools, Floats, Ints, Scenario
@@ -56,17 +56,14 @@ def received_in_flight(
     at_rest = np.zeros(len(path), dtype=bool)
     at_rest[0] = at_rest[trajectory.stop_at] = True
     resting = at_rest[:-1] & at_rest[1:]
-    law = LAWS[rules.name]
-    acceleration, jerk = law.acceleration_m_s2, law.jerk_m_s3
-    if vehicle.acceleration_m_s2 is not None:
-        acceleration, jerk = vehicle.acceleration_m_s2, math.inf
-    bits = np.zeros(len(users_m))
-    for which, limits in ((resting, (acceleration, jerk)), (~resting, (0.0, math.inf))):
-        start, end = _uncut(path, at_rest, law.turn_radius_m)
-        start, end = start[which], end[which]
-        legs = rest_to_rest(np.linalg.norm(end - start, axis=1), vehicle.speed_m_s, *limits)
-        bits += received_on_legs(users_m, start, end, legs, channel)
-    return bits
+    flyer, speed_m_s = Flyer(rules, vehicle.acceleration_m_s2), vehicle.speed_m_s
+    start, end = _uncut(path, at_rest, flyer.law.turn_radius_m)
+    length_m = np.linalg.norm(end - start, axis=1)
+    slowed = flyer.motion(length_m[resting], speed_m_s)
+    early_s = flyer.held_early_s(slowed, length_m[resting], speed_m_s)
+    bits = received_on_legs(users_m, start[resting], end[resting], slowed, channel, early_s)
+    steady = rest_to_rest(length_m[~resting], speed_m_s)
+    return bits + received_on_legs(users_m, start[~resting], end[~resting], steady, channel)
 
 
 def _uncut(path_m: Floats, at_rest: Bools, radius_m: float) -> tuple[Floats, Floats]:
@@ -80,7 +77,14 @@ def _uncut(path_m: Floats, at_rest: Bools, radius_m: float) -> tuple[Floats, Flo
     return path_m[:-1] + first_m[:, None] * along, path_m[1:] - last_m[:, None] * along
 
 
-def received_on_legs(users_m: Floats, start_m: Floats, end_m: Floats, legs: Legs, channel: Channel) -> Floats:
+def received_on_legs(
+    users_m: Floats,
+    start_m: Floats,
+    end_m: Floats,
+    legs: Legs,
+    channel: Channel,
+    early_s: Floats | None = None,
+) -> Floats:
     """Return (N,) bits that each user receives on straight legs.
 
     Parameters
@@ -93,6 +97,8 @@ def received_on_legs(users_m: Floats, start_m: Floats, end_m: Floats, legs: Legs
         How the L legs are flown.
     channel
         Rates and R.
+    early_s
+        (L,) seconds before the end of each that do not count any more.
     """
     bits = np.zeros(len(users_m))
     length_m = np.linalg.norm(end_m - start_m, axis=1)
@@ -103,9 +109,12 @@ def received_on_legs(users_m: Floats, start_m: Floats, end_m: Floats, legs: Legs
     aside_m2 = np.maximum(np.einsum("ij,ij->i", offset, offset) - abeam_m**2, 0.0)
     half_chord_m = np.sqrt(np.maximum(channel.radius_m**2 - aside_m2, 0.0))
     pairs = _of(legs, leg)
+    counts_s = legs.time_s[leg] - (0.0 if early_s is None else early_s[leg])
     for phase in PHASES:
         enter_s = _moment_s(pairs, length_m[leg], phase, abeam_m - half_chord_m)
         leave_s = _moment_s(pairs, length_m[leg], phase, abeam_m + half_chord_m)
+        leave_s = np.minimum(leave_s, counts_s)
+        counts_s = counts_s - phase.lasts_s(pairs)
         inside = np.flatnonzero(leave_s > enter_s)
 
         def rate_bit_s(which: Ints, time_s: Floats, phase: Phase = phase, inside: Ints = inside) -> Floats:

@@ -13,6 +13,7 @@ from mavplan.hover import broadcast_rates, hold_times
 from mavplan.inflight import integrate, received_in_flight
 from mavplan.mission.autopilots import ARDUPILOT, PX4
 from mavplan.mission.flight_law import LAWS
+from mavplan.mission.phases import Vehicle as Flyer
 from mavplan.plan import make_plan
 from mavplan.plan_file import summary
 from mavplan.planners import plan_trajectory
@@ -206,6 +207,21 @@ def test_what_is_received_in_flight_need_not_be_hovered_for(seed, demand_mbit, c
     channel = Channel(scenario.radio, 100.0, scenario.d2d)
     hovering = broadcast_rates(scenario.users, trajectory.stops_m, channel) @ holds.stored_s
     assert (holds.in_flight_bit + hovering >= demand_mbit * 1e6 - 1.0).all()
+
+
+@settings(max_examples=60)
+@given(
+    legs_m=st.lists(st.floats(0.5, 150.0), min_size=1, max_size=6),
+    speed_m_s=st.sampled_from([2.0, 5.0, 10.0, 12.0]),
+    rules=st.sampled_from([ARDUPILOT, PX4]),
+)
+def test_no_second_counts_in_flight_and_in_the_hold_too(legs_m, speed_m_s, rules):
+    """PX4's hold begins metres before the stop: from then on service is the hold's."""
+    path = np.array([(0.0, 0.0), *zip(np.cumsum(legs_m), np.zeros(len(legs_m)), strict=True)])
+    received = bits(path, path[1:], rules=rules, speed_m_s=speed_m_s)
+    flight_s = Flyer(rules).legs(np.diff(path, axis=0), speed_m_s)[0].sum()
+    best_bit_s = Radio().bandwidth_hz * Channel(Radio(), 100.0, D2D()).air_rate(np.zeros(1))[0]
+    assert (received <= best_bit_s * flight_s * (1 + 1e-9)).all()
 
 
 def test_enough_received_in_flight_leaves_no_hold():

@@ -209,6 +209,13 @@ class Vehicle:
             return rest_to_rest(distance_m, speed_m_s, self.acceleration_m_s2)
         return rest_to_rest(distance_m, speed_m_s, self.law.acceleration_m_s2, self.law.jerk_m_s3)
 
+    def held_early_s(self, legs: Legs, distance_m: Floats, speed_m_s: float) -> Floats:
+        """Return (...) how long before its rest each leg's hold begins: PX4's, within its acceptance radius."""
+        if self.acceleration_m_s2 is not None:
+            return np.zeros(np.shape(distance_m))
+        late_s = end_lag_s(legs, distance_m, np.full(np.shape(distance_m), speed_m_s), self.law)
+        return np.maximum(-late_s, 0.0)
+
     def _at_once(self, height_m: float, climb_m_s: float) -> Flown:
         seconds = height_m / climb_m_s
         watt = math.nan if self.rotor is None else float(self.rotor.climb_power_w(climb_m_s))

@@ -4,7 +4,7 @@ All are plain arrays of stops in flying order, many at once; which of them is be
 """
 
 import math
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +17,9 @@ MOST_PLACES = 4_000
 
 ORDERS_IN_FLIGHT, ORDERS = 40, 3
 """Shortest orders tried: more where the order also decides what is received in flight."""
+
+SIZES = 16
+"""Numbers of stops for which the moves are kept in memory: many megabytes where there are many stops."""
 
 LONGER_S = 20.0
 """Orders that fly longer than the present one by more than this are not tried."""
@@ -108,7 +111,7 @@ def reordered(problem: TimeProblem, stops_m: Floats) -> Floats:
     return plans[best]
 
 
-@cache
+@lru_cache(maxsize=SIZES)
 def _others(stops: int) -> Ints:
     """(M, M − 1) row i: all but i."""
     return np.array(
@@ -119,7 +122,7 @@ def _others(stops: int) -> Ints:
 MOST_ORDERS = 6_000
 
 
-@cache
+@lru_cache(maxsize=SIZES)
 def _orders(stops: int) -> Ints:
     """Return orders one move away: any part turned round, parts of up to three moved, turned or not."""
     base = list(range(stops))

@@ -230,7 +230,8 @@ class TimeProblem:
         steps = stops_m - starts
         length = np.sqrt((steps**2).sum(axis=-1))
         legs = self.flyer.motion(length, speed)
-        slow_s = np.asarray(legs.time_s - length / speed) / 2
+        early_s = self.flyer.held_early_s(legs, length, speed)
+        slow_s = np.asarray(legs.time_s - early_s - length / speed) / 2
         part = RAMP_PLACE * legs.peak_m_s * legs.ramp_s / 2 / np.maximum(length, 1e-9)
         inward = steps * part[..., None]
         for places in (starts + inward, stops_m - inward):

@@ -108,7 +108,7 @@ class TimeSearch:
         for total_s, index in timed[:most]:
             if not keep_going():
                 return
-            self._keep(*self._improved(served[index], total_s))
+            self._keep(*self._improved(served[index], total_s, keep_going))
 
     def perturb(self, rounds: int, keep_going: KeepGoing) -> None:
         """Perturb and improve the best plan ``rounds`` times, or until that was long in vain or time is up."""
@@ -119,9 +119,9 @@ class TimeSearch:
                 break
             before_s = self.best_s
             repaired = self._repaired(self._perturbed(here_m, GONE + in_vain // GONE_MORE))
-            stops, total_s = self._descended(repaired, self._time_s(repaired))
+            stops, total_s = self._descended(repaired, self._time_s(repaired), keep_going)
             if total_s < PROMISING * self.best_s and not _is_alike(stops, total_s, here_m, here_s):
-                stops, total_s = self._improved(stops, total_s, descended=True)
+                stops, total_s = self._improved(stops, total_s, keep_going, descended=True)
                 if total_s < here_s * (1 + WORSE * self.rng.random()):
                     here_m, here_s = stops, total_s
                 self._keep(stops, total_s)
@@ -136,10 +136,14 @@ class TimeSearch:
     def _time_s(self, stops_m: Floats) -> float:
         return float(self.problem.times(stops_m[None]).total_s[0])
 
-    def _improved(self, stops_m: Floats, total_s: float, *, descended: bool = False) -> tuple[Floats, float]:
+    def _improved(
+        self, stops_m: Floats, total_s: float, keep_going: KeepGoing, *, descended: bool = False
+    ) -> tuple[Floats, float]:
         """Return a local optimum: neighbours, unless that has just been done, and polishing by turns."""
         while True:
-            stepped, stepped_s = (stops_m, total_s) if descended else self._descended(stops_m, total_s)
+            stepped, stepped_s = stops_m, total_s
+            if not descended:
+                stepped, stepped_s = self._descended(stops_m, total_s, keep_going)
             descended = False
             if not np.isfinite(stepped_s):
                 return stepped, stepped_s
@@ -152,13 +156,14 @@ class TimeSearch:
             if (
                 polished_s > total_s - max(WORTHWHILE_S, 1e-4 * total_s)
                 or polished_s > PROMISING * self.best_s
+                or not keep_going()
             ):
                 return polished, polished_s
             stops_m, total_s = polished, polished_s
 
-    def _descended(self, stops_m: Floats, total_s: float) -> tuple[Floats, float]:
+    def _descended(self, stops_m: Floats, total_s: float, keep_going: KeepGoing) -> tuple[Floats, float]:
         """Return the plan that steps to the best neighbour lead to."""
-        while True:
+        while keep_going():
             prices = self.problem.times(stops_m[None]).prices[0]
             best_s, best_m = total_s - WORTHWHILE_S, None
             for plans in self._neighbours(stops_m):
@@ -166,8 +171,9 @@ class TimeSearch:
                 if found is not None:
                     best_m, best_s = found
             if best_m is None:
-                return stops_m, total_s
+                break
             stops_m, total_s = best_m, best_s
+        return stops_m, total_s
 
     def _best_of(self, plans_m: Floats, prices: Floats, below_s: float) -> tuple[Floats, float] | None:
         """Return the best of plans (B, M, 2) and its time, None where none takes less than this.

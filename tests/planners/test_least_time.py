@@ -173,7 +173,7 @@ def test_a_search_keeps_the_best_plan_it_was_given(monkeypatch):
     scenario = scattered(4)
 
     class Idle(TimeSearch):
-        def _improved(self, stops_m, total_s, *, descended=False):
+        def _improved(self, stops_m, total_s, keep_going, *, descended=False):
             return stops_m, np.inf
 
     monkeypatch.setattr(module, "TimeSearch", Idle)
