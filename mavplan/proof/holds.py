@@ -131,6 +131,7 @@ def find_holds(
     after_s = float(path.time_s[0])
     manner = _MANNERS[autopilot]
     for stop, place_m in enumerate(places_m):
+        after_s = max(after_s, _busy_until_s(reached, items[stop].first, said[stop], nearest[stop]))
         found = _hold(path, place_m, said[stop], nearest[stop], manner, after_s, float(planned_s[stop]))
         if found is not None:
             found = _unbroken(found[0], in_mission), found[1]
@@ -202,6 +203,16 @@ def _first(words: Iterable[ItemEvent], items: Iterable[int], after_s: float) -> 
     return min((word.time_s for word in words if word.seq in wanted and word.time_s >= after_s), default=None)
 
 
+def _busy_until_s(reached: Sequence[ItemEvent], first: int, said: _Said, hover: Hover | None) -> float:
+    """Return when the last item before a stop's was over: above home it hovers before the climb is."""
+    end_s = said.end_s if said.end_s is not None else None if hover is None else hover.span.until_s
+    if end_s is None:
+        return -math.inf
+    return max(
+        (word.time_s for word in reached if word.seq < first and word.time_s <= end_s), default=-math.inf
+    )
+
+
 def _stayed(path: Path, begin_s: float | None, end_s: float) -> bool:
     """Return whether the vehicle was at the end of a supposed hold where it was at the beginning, or just before."""
     before = path.at(end_s - 1.0 if begin_s is None else begin_s)
@@ -228,7 +239,7 @@ def _hold(
         return None if said.begin_s is None else (Span(said.begin_s, said.begin_s), False)
     if said.begin_s is not None:
         return Span(min(said.begin_s, end_s), end_s), False
-    begin_s = end_s if hover is None else hover.span.from_s + manner.begins_after_s
+    begin_s = end_s if hover is None else max(hover.span.from_s + manner.begins_after_s, after_s)
     if manner.radius_m:
         begin_s = _enters_s(path, place_m, manner.radius_m, Span(after_s, end_s), begin_s)
     if said.end_s is not None and abs(end_s - begin_s - planned_s) <= manner.unsure_s:
@@ -237,10 +248,11 @@ def _hold(
 
 
 def _enters_s(path: Path, place_m: Floats, radius_m: float, span: Span, otherwise_s: float) -> float:
-    """Return the first moment within a distance of a place, or another where there is none."""
+    """Return the first moment within a distance of a place that counts, or another where there is none."""
     away_m = np.hypot(*(path.xy_m - place_m).T)
+    counts = np.concatenate((path.counts, path.counts[-1:]))
     inside = np.flatnonzero(
-        (away_m <= radius_m) & (path.time_s >= span.from_s) & (path.time_s <= span.until_s)
+        (away_m <= radius_m) & counts & (path.time_s >= span.from_s) & (path.time_s <= span.until_s)
     )
     if not len(inside):
         return otherwise_s

@@ -41,6 +41,24 @@ def test_a_mission_for_the_other_firmware_is_refused_by_name(mavplan):
 
 
 @pytest.mark.usefixtures("valley")
+@pytest.mark.parametrize("hover", ["hold", "waypoint+loiter"])
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_one_at_a_time_above_home_the_slots_begin_with_the_hold_and_not_with_the_climb(
+    mavplan, tmp_path, autopilot, hover
+):
+    (tmp_path / "users.csv").write_text("name,lat_deg,lon_deg\na,46.5002,7.5\nb,46.4998,7.5\nc,46.5,7.5003\n")
+    (tmp_path / "s.toml").write_text(
+        'users = "users.csv"\n[home]\nlat_deg = 46.5\nlon_deg = 7.5\nalt_amsl_m = 600.0\n'
+        '[vehicle]\naltitude_m = 30.0\nend = "land"\n[service]\nmode = "tdma"\ndemand_mbit = 20\n'
+        '[[stops]]\nname = "here"\nlat_deg = 46.5\nlon_deg = 7.5\n'
+    )
+    options = ("--planner", "time", "--time-limit", "0", "--autopilot", autopilot, "--hover", hover)
+    assert mavplan("plan", "s.toml", *options, "-o", "s.plan").code == 0
+    ran = mavplan("check", "s.plan")
+    assert ran.code == 0, ran.err
+    assert "3 of 3 users received what they need" in ran.out
+
+
 def test_a_file_with_a_swapped_position_fails_its_check(mavplan, tmp_path):
     plan = json.loads((tmp_path / "v.plan").read_text())
     params = plan["mission"]["items"][3]["params"]
