@@ -23,6 +23,9 @@ CIRCLE_SLACK_M = REACH_TOLERANCE_M / 4
 COVER_SLACK_M = REACH_TOLERANCE_M / 2
 """A candidate covers a user this far beyond R; the other half of the tolerance is for whoever measures it again."""
 
+COMPARED_OUTRIGHT = 600
+"""Sets up to which all are compared with one another."""
+
 COMPARED_AT_ONCE = 4_000_000
 """Pairs of sets compared at once; bounds the memory."""
 
@@ -192,10 +195,14 @@ def distinct_rows(sets: "csr_array") -> Ints:
 def inclusions(sets: "csr_array") -> tuple[Bools, Bools]:
     """Return which rows of a 0/1 matrix are properly included in another row, and which properly include another.
 
-    Rows are sets of column indices, none empty, no two equal. Whoever includes a set includes its rarest element,
-    so each set is compared with the sets that hold that one only.
+    Rows are sets of column indices, none empty, no two equal. Few are all compared with one another. Whoever includes
+    a set includes its rarest element, so of many each is compared with the sets that hold that one only.
     """
     size = np.diff(sets.indptr)
+    if len(size) <= COMPARED_OUTRIGHT and sets.shape[0] * sets.shape[1] <= COMPARED_AT_ONCE:
+        dense = sets.toarray()
+        inside = (dense @ dense.T == size) & (size[:, None] > size)
+        return inside.any(axis=0), inside.any(axis=1)
     holders = sets.T.tocsr()
     frequency = np.diff(holders.indptr)
     by_rarity = np.lexsort((frequency[sets.indices], np.repeat(np.arange(len(size)), size)))

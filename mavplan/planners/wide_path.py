@@ -77,7 +77,7 @@ def wide_path(
         Part of the usual attempts, where the path is only a beginning.
     """
     rounds_done = 0
-    more = max(effort, LEAST_ATTEMPTS / (sum(EFFORTS) * len(problem.required)))
+    more = effort * max(1.0, LEAST_ATTEMPTS / (sum(EFFORTS) * len(problem.required)))
     efforts = [more * usual for usual in EFFORTS]
 
     def tell(share: float) -> None:

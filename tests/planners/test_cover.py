@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from mavplan.geo import LocalPlane
-from mavplan.planners import cover
+from mavplan.planners import cover, cover_candidates
 from mavplan.planners.clustering import greedy_cover_size
 from mavplan.planners.cover import minimum_cover, minimum_pair_cover
 from mavplan.planners.cover_bound import packing_bound, requirement_prices, strips_bound
@@ -240,11 +240,14 @@ def test_every_bound_is_at_most_the_minimum_and_every_search_at_least(xy):
         assert small.covers[chosen].sum(axis=0).min() >= 1
 
 
+@pytest.mark.parametrize("outright", [0, 600])
 @given(rows=st.sets(st.frozensets(st.integers(0, 6), min_size=1), min_size=1, max_size=12))
-def test_inclusions_are_those_of_pythons_sets(rows):
+def test_inclusions_are_those_of_pythons_sets(outright, rows):
     rows = sorted(rows, key=sorted)
     dense = np.array([[float(column in row) for column in range(7)] for row in rows])
-    included, including = inclusions(sparse.csr_array(dense))
+    with pytest.MonkeyPatch.context() as few:
+        few.setattr(cover_candidates, "COMPARED_OUTRIGHT", outright)
+        included, including = inclusions(sparse.csr_array(dense))
     assert included.tolist() == [any(row < other for other in rows) for row in rows]
     assert including.tolist() == [any(row > other for other in rows) for row in rows]
 
