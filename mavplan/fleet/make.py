@@ -11,7 +11,7 @@ import numpy as np
 from mavplan.errors import InputError, Problem
 from mavplan.fleet.apart import Starts
 from mavplan.fleet.crews import Crews
-from mavplan.fleet.rounds import Apart, Cut, Round, cut_each, dealt, rounds_of, total_s
+from mavplan.fleet.rounds import Apart, Cut, Round, cut_each, dealt, rounds_of
 from mavplan.geo import Elsewhere, LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan
@@ -126,52 +126,59 @@ def plan_fleet(
         return Fleet(single, single_s, (replace(single, altitude=chosen),))
     best = None
     if alone is not None:
-        rounds = [Round((plan, *[None] * (count - 1)), _at_once(count)) for plan in alone.sorties[0]]
-        best = _Way(rounds, alone.not_served)
+        best = _Way(
+            [Round((plan, *[None] * (count - 1)), _at_once(count)) for plan in alone.sorties[0]],
+            alone.not_served,
+        )
     if count > 1:
         apart = Apart(separation_m, altitude_step_m)
         # From the highest the fewest are in reach: its stops do for all of them.
         high = replace(own[0], vehicle=own[-1].vehicle)
         base = make_plan(high, hover) if altitude_step_m > 0 else single
         found = Crews(base, own, hover).planned()
-        own_way = _tried(lambda: cut(found, most=most), faults)
-        ways = [] if own_way is None else [_Way(rounds_of(own_way.sorties, apart), own_way.not_served)]
+        each = _tried(lambda: cut(found, most=most), faults)
+        ways = [best, None if each is None else _way(rounds_of(each.sorties, apart), each)]
         if sorties and not scenario.vehicles:
-            in_all = _tried(lambda: cut([base], most=None if most is None else most * count), faults)
-            if in_all is not None:
-                ways.append(_Way(dealt(in_all.sorties[0], own, hover, apart, most), in_all.not_served))
-        # One vehicle alone is done sooner than all of them in turn, where they are in one another's way.
-        for way in ways:
-            best = way if way.rounds is not None and _cost(way, scenario) <= _cost(best, scenario) else best
-    if best is None or best.rounds is None:
+            whole = _tried(lambda: cut([base], most=None if most is None else most * count), faults)
+            ways.append(
+                None if whole is None else _way(dealt(whole.sorties[0], own, hover, apart, most), whole)
+            )
+        # One vehicle alone is done sooner than all of them in turn, where they are in one another's way; of ways that
+        # are as good the last is taken.
+        best = min(
+            (way for way in reversed(ways) if way is not None), key=lambda w: w.cost(scenario), default=None
+        )
+    if best is None:
         raise faults[-1]
-    left = _left(scenario, best)
+    left = best.left(scenario)
     names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
     best = replace(best, not_served=names)
     plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(best, scenario))
     rest = scenario.left_over(left, scenario.users.demand_bit) if names else None
-    return Fleet(single, single_s, plans, (*_told(best.rounds or []), *_idle(best, scenario)), names, rest)
+    return Fleet(single, single_s, plans, (*_told(best.rounds), *_idle(best, scenario)), names, rest)
 
 
 @dataclass(frozen=True)
 class _Way:
-    """A way to fly: its rounds, None where vehicles cannot be kept apart, and who is not served."""
+    """A way to fly: its rounds, and who is not served."""
 
-    rounds: list[Round] | None
+    rounds: list[Round]
     not_served: tuple[str, ...]
 
+    def left(self, scenario: Scenario) -> Bools:
+        """Return (N,) who is not served."""
+        names = np.array(scenario.users.names, dtype=object)
+        return np.isin(names, np.array(self.not_served, dtype=object))
 
-def _cost(way: _Way | None, scenario: Scenario) -> tuple[float, float]:
-    """Return what way is better: first the weighted demand that is not met, Mbit, then the seconds of its rounds."""
-    if way is None:
-        return math.inf, math.inf
-    return round(float(scenario.users.weighted_bit[_left(scenario, way)].sum()) / 1e6, 6), total_s(way.rounds)
+    def cost(self, scenario: Scenario) -> tuple[float, float]:
+        """Return what is made small: weighted demand that is not met, Mbit, then the seconds of the rounds."""
+        lost_bit = float(scenario.users.weighted_bit[self.left(scenario)].sum())
+        return round(lost_bit / 1e6, 6), sum(found.seconds for found in self.rounds)
 
 
-def _left(scenario: Scenario, way: _Way) -> Bools:
-    """Return (N,) who is not served."""
-    names = np.array(scenario.users.names, dtype=object)
-    return np.isin(names, np.array(way.not_served, dtype=object))
+def _way(rounds: list[Round] | None, cut: Cut) -> _Way | None:
+    """Return a way to fly; None where there are no rounds that keep vehicles apart."""
+    return None if rounds is None else _Way(rounds, cut.not_served)
 
 
 def _check_pinned(scenario: Scenario) -> None:
@@ -271,7 +278,7 @@ def _of_vehicle(scenario: Scenario, number: int, altitude_step_m: float) -> Scen
 
 def _numbered(way: _Way, scenario: Scenario) -> Iterator[Plan]:
     """Yield the flights, round by round, with numbers, names and starts."""
-    rounds = way.rounds or []
+    rounds = way.rounds
     flying = [v for v in _vehicles(rounds) if any(found.plans[v] is not None for found in rounds)]
     for turn, found in enumerate(rounds, start=1):
         for number, vehicle in enumerate(flying, start=1):
@@ -297,7 +304,7 @@ def _vehicles(rounds: Sequence[Round]) -> range:
 
 
 def _idle(way: _Way, scenario: Scenario) -> tuple[Problem, ...]:
-    rounds = way.rounds or []
+    rounds = way.rounds
     idle = [v for v in _vehicles(rounds) if all(found.plans[v] is None for found in rounds)]
     if not idle:
         return ()

@@ -43,11 +43,6 @@ class Apart:
         return None if starts is None else Round(tuple(plans), starts)
 
 
-def total_s(rounds: Sequence[Round] | None) -> float:
-    """Return what rounds take one after the other; infinite where there are none."""
-    return math.inf if rounds is None else sum(found.seconds for found in rounds)
-
-
 def rounds_of(cut: Sequence[Sequence[Plan]], apart: Apart) -> list[Round] | None:
     """Return the rounds of vehicles that fly their sorties in order; None where those of one cannot be kept apart."""
     found = []
