@@ -149,7 +149,7 @@ class Crews:
             scenario.with_some(scenario.users.some(kept, scenario.users.demand_bit)),
             vehicles=(),
             stops=tuple(scenario.stops[self._pins[stop]] for stop in part if self._pins[stop] != NO_PIN),
-            warnings=scenario.warnings if vehicle == 0 else (),
+            warnings=(),
         )
 
     def _along(self, vehicle: int, part: Sequence[int]) -> Plan | None:

@@ -11,7 +11,7 @@ import numpy as np
 from mavplan.errors import InputError, Problem
 from mavplan.fleet.apart import Starts
 from mavplan.fleet.crews import Crews
-from mavplan.fleet.rounds import Apart, Cut, Round, cut_each, dealt, rounds_of
+from mavplan.fleet.rounds import Apart, Cut, Round, cut_each, dealt, rounds_of, said_once
 from mavplan.geo import Elsewhere, LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan
@@ -106,7 +106,7 @@ def plan_fleet(
         raise InputError([Problem("[[vehicles]]", message, "too-few-vehicles")])
     if count > 1:
         _check_pinned(scenario)
-    chosen = None
+    chosen, end = None, scenario.vehicle.end
     if scenario.search_altitude:
         single, scenario = _at_best_altitude(scenario, altitude_step_m * (count - 1), hover, progress)
         chosen, progress = single.altitude, None
@@ -152,9 +152,10 @@ def plan_fleet(
         raise faults[-1]
     left = best.left(scenario)
     names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
-    best = replace(best, not_served=names)
+    best = _Way(said_once(best.rounds, scenario.warnings), names)
     plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(best, scenario))
-    rest = scenario.left_over(left, scenario.users.demand_bit) if names else None
+    given = replace(scenario, vehicle=replace(scenario.vehicle, end=end))
+    rest = given.left_over(left, scenario.users.demand_bit) if names else None
     return Fleet(single, single_s, plans, (*_told(best.rounds), *_idle(best, scenario)), names, rest)
 
 
@@ -170,10 +171,11 @@ class _Way:
         names = np.array(scenario.users.names, dtype=object)
         return np.isin(names, np.array(self.not_served, dtype=object))
 
-    def cost(self, scenario: Scenario) -> tuple[float, float]:
-        """Return what is made small: weighted demand that is not met, Mbit, then the seconds of the rounds."""
-        lost_bit = float(scenario.users.weighted_bit[self.left(scenario)].sum())
-        return round(lost_bit / 1e6, 6), sum(found.seconds for found in self.rounds)
+    def cost(self, scenario: Scenario) -> tuple[float, int, float]:
+        """Return what is made small: weighted demand that is not met, Mbit, users left, seconds of the rounds."""
+        left = self.left(scenario)
+        lost_bit = float(scenario.users.weighted_bit[left].sum())
+        return round(lost_bit / 1e6, 6), int(left.sum()), sum(found.seconds for found in self.rounds)
 
 
 def _way(rounds: list[Round] | None, cut: Cut) -> _Way | None:
@@ -310,7 +312,7 @@ def _idle(way: _Way, scenario: Scenario) -> tuple[Problem, ...]:
         return ()
     named = [_named(scenario, vehicle) for vehicle in idle]
     names = ", ".join(str(v + 1) if at is None else at.name for v, at in zip(idle, named, strict=True))
-    without = "nobody more is served with it" if way.not_served else "the others are done no later without it"
+    without = "it would serve nobody" if way.not_served else "the others are done no later without it"
     message = f"stays on the ground: {without}"
     return (Problem(f"vehicle {names}", message, "idle-vehicle", "warning"),)
 

@@ -72,8 +72,8 @@ def cut_each(plans: Sequence[Plan | None], hover: HoverStyle, most: int | None =
     hover
         What a stop is made of.
     most
-        How many sorties each vehicle has at most: then a vehicle that can serve nobody stays on the ground, unless
-        pinned stops are its business, or nobody is served by any.
+        How many sorties each vehicle has at most: then a vehicle whose battery serves nobody stays on the ground,
+        unless pinned stops are its business, or nobody is served by any.
 
     Raises
     ------
@@ -92,7 +92,9 @@ def cut_each(plans: Sequence[Plan | None], hover: HoverStyle, most: int | None =
             made = sorties_of(plan, hover, most)
         except InputError as error:
             problems += [replace(p, where=f"vehicle {number}, {p.where}") for p in error.problems]
-            fatal = fatal or bool(plan.scenario.stops)
+            fatal = (
+                fatal or bool(plan.scenario.stops) or any(p.code != "beyond-battery" for p in error.problems)
+            )
             found.append(())
             left += plan.scenario.users.names
         else:
@@ -162,7 +164,7 @@ def dealt(
         if now is None:
             return None
         found.append(now)
-    return _said_once(found, sorties[0])
+    return found
 
 
 def _of_vehicle(plan: Plan, own: Scenario, hover: HoverStyle) -> Plan | None:
@@ -180,9 +182,10 @@ def _of_vehicle(plan: Plan, own: Scenario, hover: HoverStyle) -> Plan | None:
         return None
 
 
-def _said_once(rounds: Sequence[Round], first: Plan) -> list[Round]:
-    """Return the rounds with what is to be known of the scenario told by their first flight alone."""
-    said = first.scenario.warnings
+def said_once(rounds: Sequence[Round], said: tuple[Problem, ...]) -> list[Round]:
+    """Return the rounds with what is to be known of the scenario told by their first flight alone, as its own."""
+    flights = [plan for one in rounds for plan in one.plans if plan is not None]
+    said = tuple(dict.fromkeys([*said, *(problem for plan in flights for problem in plan.scenario.warnings)]))
     found = []
     for one in rounds:
         plans: list[Plan | None] = []

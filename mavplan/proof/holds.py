@@ -21,6 +21,9 @@ from mavplan.track.model import Floats, ItemEvent, Span
 NEAR_M = 30.0
 """A hold that is known from the track alone is a stop's if it was no further from its place."""
 
+AT_HOME_M = 3.0
+"""The vehicle is above a stop so near to where the flight began before its climb is over."""
+
 STAYED_M = 15.0
 """The word about another item stands for the end of a hold if the vehicle was still so near to where it held."""
 
@@ -131,7 +134,8 @@ def find_holds(
     after_s = float(path.time_s[0])
     manner = _MANNERS[autopilot]
     for stop, place_m in enumerate(places_m):
-        after_s = max(after_s, _busy_until_s(reached, items[stop].first, said[stop], nearest[stop]))
+        if float(np.hypot(*(path.xy_m[0] - place_m))) <= AT_HOME_M:
+            after_s = max(after_s, _busy_until_s(path, reached, items[stop].first, said[stop], nearest[stop]))
         found = _hold(path, place_m, said[stop], nearest[stop], manner, after_s, float(planned_s[stop]))
         if found is not None:
             found = _unbroken(found[0], in_mission), found[1]
@@ -203,13 +207,16 @@ def _first(words: Iterable[ItemEvent], items: Iterable[int], after_s: float) -> 
     return min((word.time_s for word in words if word.seq in wanted and word.time_s >= after_s), default=None)
 
 
-def _busy_until_s(reached: Sequence[ItemEvent], first: int, said: _Said, hover: Hover | None) -> float:
-    """Return when the last item before a stop's was over: above home it hovers before the climb is."""
+def _busy_until_s(
+    path: Path, reached: Sequence[ItemEvent], first: int, said: _Said, hover: Hover | None
+) -> float:
+    """Return when the last item before a stop's was over, or, where nothing was said, the vehicle had climbed."""
     end_s = said.end_s if said.end_s is not None else None if hover is None else hover.span.until_s
     if end_s is None:
         return -math.inf
+    climbed_s = float(path.time_s[int(path.counts.argmax())]) if path.counts.any() else -math.inf
     return max(
-        (word.time_s for word in reached if word.seq < first and word.time_s <= end_s), default=-math.inf
+        (word.time_s for word in reached if word.seq < first and word.time_s <= end_s), default=climbed_s
     )
 
 
@@ -248,11 +255,10 @@ def _hold(
 
 
 def _enters_s(path: Path, place_m: Floats, radius_m: float, span: Span, otherwise_s: float) -> float:
-    """Return the first moment within a distance of a place that counts, or another where there is none."""
+    """Return the first moment within a distance of a place, or another where there is none."""
     away_m = np.hypot(*(path.xy_m - place_m).T)
-    counts = np.concatenate((path.counts, path.counts[-1:]))
     inside = np.flatnonzero(
-        (away_m <= radius_m) & counts & (path.time_s >= span.from_s) & (path.time_s <= span.until_s)
+        (away_m <= radius_m) & (path.time_s >= span.from_s) & (path.time_s <= span.until_s)
     )
     if not len(inside):
         return otherwise_s

@@ -10,6 +10,7 @@ from mavplan.inflight import counts_in_flight
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan, plan_along
+from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.trajectory import Trajectory
 from mavplan.progress import Progress, part_of
 from mavplan.scenario.model import Scenario
@@ -215,14 +216,17 @@ def _over_ground(
     Raises
     ------
     InputError
-        Every stop that no sortie serves, unless others may be left over too; too many sorties with pinned stops.
+        Every stop that no sortie serves, or where others may be left over every pinned one; too many sorties with
+        pinned stops.
     """
     from mavplan.sorties.over_ground import cut_over_ground, worth_most
 
     careful, scenario = with_caution(budget), whole.scenario
     found, problems = cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover, progress)
-    if problems and (most is None or not found):
-        raise InputError(problems)
+    pinned = pins_of(scenario).at(whole.trajectory.stops_m) != NO_PIN
+    flown_anyway = [problem for stop, problem in problems.items() if pinned[stop]]
+    if problems and (most is None or not found or flown_anyway):
+        raise InputError(flown_anyway if most is not None and found else [*problems.values()])
     chosen = found if most is None else worth_most(found, most)
     served = {name for plan in chosen for name in plan.scenario.users.names}
     left = np.array([name not in served for name in scenario.users.names])

@@ -25,8 +25,8 @@ from mavplan.sorties.ways import Budget
 
 def cut_over_ground(
     whole: Plan, lasts: Callable[[Plan], bool], budget: Budget, hover: HoverStyle, progress: Progress | None
-) -> tuple[list[Plan], list[Problem]]:
-    """Return the sorties of a plan over real ground, each a plan of its own, and every stop that none serves.
+) -> tuple[list[Plan], dict[int, Problem]]:
+    """Return the sorties of a plan over real ground, each a plan of its own, and every stop that none serves, and why.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def cut_over_ground(
     """
     stops = len(whole.trajectory.stops_m)
     found: list[Plan] = []
-    problems: list[Problem] = []
+    problems: dict[int, Problem] = {}
     first = 0
     while first < stops:
         tell_share(progress, first / stops)
@@ -57,13 +57,16 @@ def cut_over_ground(
         least, most, tried = first + 1, stops, stops
         while least <= most:
             plan = over_some(whole, np.arange(first, tried), hover)
-            if plan is not None and lasts(plan):
+            if plan is None:
+                least = tried + 1  # pinned stops without users: others have to come with them
+            elif lasts(plan):
                 best, end, least = plan, tried, tried + 1
             else:
                 most = tried - 1
             tried = (least + most) // 2
         if best is None:
-            problems.append(_too_much(whole, first, plan, budget))
+            alone = over_some(whole, np.arange(first, first + 1), hover)
+            problems[first] = _too_much(whole, first, alone, budget)
             end = first + 1
         else:
             found.append(best)

@@ -40,7 +40,6 @@ def test_a_mission_for_the_other_firmware_is_refused_by_name(mavplan):
     assert "PX4" in ran.err
 
 
-@pytest.mark.usefixtures("valley")
 @pytest.mark.parametrize("hover", ["hold", "waypoint+loiter"])
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_one_at_a_time_above_home_the_slots_begin_with_the_hold_and_not_with_the_climb(
@@ -59,6 +58,7 @@ def test_one_at_a_time_above_home_the_slots_begin_with_the_hold_and_not_with_the
     assert "3 of 3 users received what they need" in ran.out
 
 
+@pytest.mark.usefixtures("valley")
 def test_a_file_with_a_swapped_position_fails_its_check(mavplan, tmp_path):
     plan = json.loads((tmp_path / "v.plan").read_text())
     params = plan["mission"]["items"][3]["params"]

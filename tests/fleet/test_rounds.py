@@ -6,12 +6,14 @@ import itertools
 import numpy as np
 import pytest
 
-from mavplan.errors import InputError
+from mavplan.errors import InputError, Problem
+from mavplan.fleet import rounds
 from mavplan.fleet.make import longest_s, plan_fleet
 from mavplan.fleet.timeline import Timeline, meeting, timeline
 from mavplan.geo import LocalPlane
 from mavplan.hover import DEMAND_TOLERANCE_BIT, broadcast_rates
 from mavplan.mission.model import Command
+from mavplan.plan import make_plan
 from mavplan.plan_file import document, dumps
 from mavplan.planners import PLANNERS
 from mavplan.radio import planning_channel
@@ -165,15 +167,60 @@ def test_a_vehicle_whose_sortie_serves_nobody_stays_on_the_ground():
         ),
         [(0.0, 0.0), (5000.0, 0.0)],
     )
+    known = Problem("scenario.toml", "key not used", "unused", "warning")
+    scenario = dataclasses.replace(
+        scenario, vehicle=dataclasses.replace(scenario.vehicle, end="land"), warnings=(known,)
+    )
     fleet = plan_fleet(scenario, 2, sorties=True, most=1)
     assert [plan.part.name for plan in fleet.plans] == ["a"]
+    assert fleet.plans[0].scenario.warnings[0] == known
+    assert fleet.rest.vehicle.end == "land"
     assert fleet.not_served == fleet.rest.users.names == ("u2",)
     assert [(problem.where, problem.code) for problem in fleet.said] == [("vehicle b", "idle-vehicle")]
-    assert "nobody more is served with it" in fleet.said[0].message
+    assert "it would serve nobody" in fleet.said[0].message
     users = dataclasses.replace(scenario.users, demand_bit=np.full(3, 9e9))
     with pytest.raises(InputError) as raised:
         plan_fleet(dataclasses.replace(scenario, users=users), 2, sorties=True, most=1)
     assert {problem.code for problem in raised.value.problems} == {"beyond-battery"}
+
+
+def test_who_counts_for_nothing_is_served_where_there_is_a_vehicle_for_it():
+    scenario = make_scenario([(-1500, 0), (1600, 0)], demand_mbit=60.0, clusters=2, endurance_s=640.0)
+    users = dataclasses.replace(scenario.users, priority=np.array([1.0, 0.0]))
+    scenario = dataclasses.replace(scenario, users=users)
+    assert plan_sorties(scenario, most=1).not_served == ("u1",)
+    fleet = plan_fleet(scenario, 2, sorties=True, most=1)
+    assert not fleet.not_served
+    assert len(fleet.plans) == 2
+
+
+@pytest.mark.parametrize("first_flies", [True, False])
+def test_what_is_told_of_the_scenario_is_told_by_the_first_flight_whoever_flies_it(first_flies):
+    xy_m = [(-600, 0), (-500, 300), (5200, 0)] if first_flies else [(5200, 0), (5100, 200)]
+    scenario = with_homes_on_the_plane(make_scenario(xy_m, clusters=2), [(0.0, 0.0), (5000.0, 0.0)])
+    known = Problem("scenario.toml", "key not used", "unused", "warning")
+    fleet = plan_fleet(dataclasses.replace(scenario, warnings=(known,)), 2)
+    assert [plan.part.name for plan in fleet.plans] == (["a", "b"] if first_flies else ["b"])
+    assert [problem for plan in fleet.plans for problem in plan.scenario.warnings] == [known]
+
+
+def test_what_is_wrong_beside_the_battery_is_an_error_of_the_fleet_too(monkeypatch):
+    outside = Problem("stop 1", "lies outside the fence", "fence-breach")
+
+    def cut_or_refused(plan, _hover, most):
+        if plan.scenario.users.names == ("u2",):
+            raise InputError([outside])
+        return plan_sorties(plan.scenario, most=most)
+
+    scenario = make_scenario([(-600, 0), (-500, 300), (900, 0)], clusters=2, endurance_s=700.0)
+    parts = [
+        dataclasses.replace(scenario, users=scenario.users.some(np.array(which), scenario.users.demand_bit))
+        for which in ([0, 1], [2])
+    ]
+    monkeypatch.setattr(rounds, "sorties_of", cut_or_refused)
+    with pytest.raises(InputError) as raised:
+        rounds.cut_each([make_plan(part) for part in parts], "hold", 1)
+    assert [problem.code for problem in raised.value.problems] == ["fence-breach"]
 
 
 def test_rounds_need_a_battery():

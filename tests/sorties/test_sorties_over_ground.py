@@ -189,6 +189,25 @@ def test_pinned_stops_are_flown_whoever_is_served():
     assert [problem.code for problem in raised.value.problems] == ["stops-sorties"]
 
 
+def test_a_pinned_stop_beyond_the_battery_is_an_error_whoever_else_is_served():
+    scenario, _ = cut(0)
+    far = PinnedStop(name="far", lat_deg=46.5, lon_deg=7.5 - 2900 / 76_600, hold_s=400.0)
+    with pytest.raises(InputError) as raised:
+        plan_sorties(dataclasses.replace(scenario, stops=(far,)), most=9)
+    assert [(p.code, p.where) for p in raised.value.problems] == [("stop-alone", "far")]
+
+
+def test_a_pinned_stop_without_users_takes_those_behind_it_along():
+    scenario, _ = cut(0)
+    # The first of all, a few metres from home: nobody is served there alone.
+    here = PinnedStop(name="here", lat_deg=46.5, lon_deg=7.5001, hold_s=5.0, order="first")
+    pinned = dataclasses.replace(scenario, stops=(here,))
+    for most in (None, 9):
+        found = plan_sorties(pinned, most=most)
+        assert [len(plan.scenario.stops) for plan in found.plans].count(1) == 1
+        assert not found.not_served
+
+
 def test_a_fleet_flies_sorties_over_ground_in_rounds():
     scenario = over(ridge(top_m=760.0, size=401), 580.0)
     fleet = plan_fleet(scenario, 2, sorties=True)
