@@ -43,8 +43,8 @@ NEARER, NEARER_IN_FLIGHT = (1.0, 0.97, 0.94, 0.9, 0.8, 0.7, 0.5, 0.3), (1.0, 0.9
 PATH_NODES = 200
 """Of the search for each of these paths."""
 
-ROUNDS, ROUNDS_IN_FLIGHT, ROUNDS_A_USER = 100, 80, 4
-"""Perturbations before the bound is sought, and as many after; of many users so many for each, as time allows."""
+ROUNDS, ROUNDS_IN_FLIGHT = 100, 80
+"""Perturbations before the bound is sought, and as many after."""
 
 SEARCHED, PRICED, BOUNDED = 0.5, 0.66, 0.75
 """Shares of the time limit at which the first search, the prices of the bound and the bound end; what is left is for
@@ -91,7 +91,7 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
         return goes_on
 
     papers = list(_papers_stops(users, channel, setting))
-    rounds = max(ROUNDS_IN_FLIGHT if problem.in_flight else ROUNDS, ROUNDS_A_USER * len(users))
+    rounds = ROUNDS_IN_FLIGHT if problem.in_flight else ROUNDS
     search.consider(papers, until(SEARCHED))
     near = list(_near_paths(users, channel, setting))
     for stops in near:
