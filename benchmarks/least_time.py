@@ -144,12 +144,14 @@ class Row:
         return (self.plan_s - self.bound_s) / self.plan_s if self.plan_s else 0.0
 
 
-def cases_of(seeds: int, demands_mbit: Sequence[float] = (), service: str = "both") -> list[Case]:
-    """Cases of the seeds from 0, those of a seed together; those of some demands, or of one service, alone."""
+def cases_of(
+    seeds: int, demands_mbit: Sequence[float] = (), service: str = "both", means: Sequence[int] = ()
+) -> list[Case]:
+    """Cases of the seeds from 0, those of a seed together; those of some demands, a service or a density alone."""
     return [
         Case(seed, mean, mbit, in_flight)
         for seed in range(seeds)
-        for mean in DENSITIES
+        for mean in means or DENSITIES
         for mbit, in_flight in WANTED
         if (not demands_mbit or mbit in demands_mbit)
         and service in ("both", "with" if in_flight else "without")
@@ -328,9 +330,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--in-flight", choices=("without", "with", "both"), default="both", help="(default both)"
     )
+    parser.add_argument(
+        "--mean", type=int, nargs="+", default=(), help="mean numbers of users: 16, 60 (default both)"
+    )
     parser.add_argument("--store", type=Path, default=STORE, help="where rows are kept")
     arguments = parser.parse_args(argv)
-    state, wanted = code_state(), cases_of(arguments.seeds, arguments.mbit, arguments.in_flight)
+    state, wanted = (
+        code_state(),
+        cases_of(arguments.seeds, arguments.mbit, arguments.in_flight, arguments.mean),
+    )
     known = set(wanted)
     rows = [row for row in stored_rows(arguments.store, state[0], arguments.limit) if row.case in known]
     done = {row.case for row in rows}
