@@ -46,9 +46,6 @@ PATH_NODES = 200
 ROUNDS, ROUNDS_IN_FLIGHT = 100, 80
 """Perturbations before the bound is sought, and as many after."""
 
-USERS_A_LINE = 25
-"""The first search is done again, from all starting points, for every so many users, as time allows."""
-
 SEARCHED, PRICED, BOUNDED = 0.5, 0.66, 0.75
 """Shares of the time limit at which the first search, the prices of the bound and the bound end; what is left is for
 the second search."""
@@ -82,6 +79,7 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
         in_flight=setting.in_flight,
         alone=not gathers_speed,
     )
+    search = TimeSearch(problem, setting.rng)
 
     def until(share: float) -> Callable[[], bool]:
         """Return what says whether less than this share of the time limit is used up, and tells how much."""
@@ -94,19 +92,11 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
 
     papers = list(_papers_stops(users, channel, setting))
     rounds = ROUNDS_IN_FLIGHT if problem.in_flight else ROUNDS
-    near: list[Floats] = []
-    search = TimeSearch(problem, setting.rng)
-    for line in range(1 + len(users) // USERS_A_LINE):
-        # The draws differ from line to line, and so does where they end.
-        tried = search if line == 0 else TimeSearch(problem, setting.rng)
-        if line and not until(SEARCHED)():
-            break
-        tried.consider(papers, until(SEARCHED))
-        near = near or list(_near_paths(users, channel, setting))
-        for stops in near:
-            tried.consider([stops], until(SEARCHED))
-        tried.perturb(rounds, until(SEARCHED))
-        search.keep(tried.best_m, tried.best_s)
+    search.consider(papers, until(SEARCHED))
+    near = list(_near_paths(users, channel, setting))
+    for stops in near:
+        search.consider([stops], until(SEARCHED))
+    search.perturb(rounds, until(SEARCHED))
     case = TimeCase.of(
         users, channel, setting.vehicle, service, wind=setting.wind, in_flight=setting.in_flight
     )

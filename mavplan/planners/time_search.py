@@ -104,11 +104,11 @@ class TimeSearch:
             ((self._time_s(stops), index) for index, stops in enumerate(served)), key=lambda pair: pair[0]
         )
         for total_s, index in timed[:most]:
-            self.keep(served[index], total_s)
+            self._keep(served[index], total_s)
         for total_s, index in timed[:most]:
             if not keep_going():
                 return
-            self.keep(*self._improved(served[index], total_s, keep_going))
+            self._keep(*self._improved(served[index], total_s, keep_going))
 
     def perturb(self, rounds: int, keep_going: KeepGoing) -> None:
         """Perturb and improve the best plan ``rounds`` times, or until that was long in vain or time is up."""
@@ -124,13 +124,12 @@ class TimeSearch:
                 stops, total_s = self._improved(stops, total_s, keep_going, descended=True)
                 if total_s < here_s * (1 + WORSE * self.rng.random()):
                     here_m, here_s = stops, total_s
-                self.keep(stops, total_s)
+                self._keep(stops, total_s)
             in_vain = 0 if self.best_s < before_s * (1 - GAINED) else in_vain + 1
             if here_s > self.best_s * (1 + ASTRAY):
                 here_m, here_s = self.best_m, self.best_s
 
-    def keep(self, stops_m: Floats, total_s: float) -> None:
-        """Take a plan and its time for the best, if it is."""
+    def _keep(self, stops_m: Floats, total_s: float) -> None:
         if total_s < self.best_s:
             self.best_m, self.best_s = stops_m, total_s
 
