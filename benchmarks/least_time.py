@@ -335,10 +335,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--store", type=Path, default=STORE, help="where rows are kept")
     arguments = parser.parse_args(argv)
-    state, wanted = (
-        code_state(),
-        cases_of(arguments.seeds, arguments.mbit, arguments.in_flight, arguments.mean),
-    )
+    state = code_state()
+    wanted = cases_of(arguments.seeds, arguments.mbit, arguments.in_flight, arguments.mean)
     known = set(wanted)
     rows = [row for row in stored_rows(arguments.store, state[0], arguments.limit) if row.case in known]
     done = {row.case for row in rows}

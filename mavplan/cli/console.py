@@ -174,7 +174,7 @@ def stdout() -> "Console":
     from rich.console import Console
 
     width = terminal_width() if is_terminal(sys.stdout) else PIPE_WIDTH
-    return Console(width=width, highlight=False, markup=False, quiet=not mode().shows)
+    return Console(width=width, highlight=False, markup=False)
 
 
 def terminal_width() -> int:

@@ -6,8 +6,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from mavplan.cli.console import (
     answer,
     clock,
@@ -87,8 +85,7 @@ def _tell_left_out(scenario: Scenario, names: Sequence[str]) -> None:
     if not names:
         return
     users = scenario.users
-    out = np.isin(np.array(users.names, dtype=object), np.array(names, dtype=object))
-    value, lost = float(users.weighted_bit.sum()), float(users.weighted_bit[out].sum())
+    value, lost = float(users.weighted_bit.sum()), float(users.weighted_bit[users.named(names)].sum())
     tell(
         f"not served: {counted(len(names), 'user')} ({_shortened(names)}), "
         f"{lost / value if value else 0:.0%} of the weighted demand"

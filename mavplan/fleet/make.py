@@ -16,7 +16,7 @@ from mavplan.geo import Elsewhere, LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan
 from mavplan.progress import Progress
-from mavplan.scenario.model import UNPAIRED, Bools, Scenario
+from mavplan.scenario.model import UNPAIRED, Scenario
 from mavplan.scenario.sections import FleetVehicle, Home
 from mavplan.sorties.make import needed_budget, said_of_the_end
 
@@ -150,7 +150,7 @@ def plan_fleet(
         )
     if best is None:
         raise faults[-1]
-    left = best.left(scenario)
+    left = scenario.users.named(best.not_served)
     names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
     best = _Way(said_once(best.rounds, scenario.warnings), names)
     plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(best, scenario))
@@ -166,14 +166,9 @@ class _Way:
     rounds: list[Round]
     not_served: tuple[str, ...]
 
-    def left(self, scenario: Scenario) -> Bools:
-        """Return (N,) who is not served."""
-        names = np.array(scenario.users.names, dtype=object)
-        return np.isin(names, np.array(self.not_served, dtype=object))
-
     def cost(self, scenario: Scenario) -> tuple[float, int, float]:
         """Return what is made small: weighted demand that is not met, Mbit, users left, seconds of the rounds."""
-        left = self.left(scenario)
+        left = scenario.users.named(self.not_served)
         lost_bit = float(scenario.users.weighted_bit[left].sum())
         return round(lost_bit / 1e6, 6), int(left.sum()), sum(found.seconds for found in self.rounds)
 

@@ -1,5 +1,6 @@
 """A `Scenario`: what a planner gets. Users in local metres, everything checked, nothing read from anywhere."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -68,6 +69,11 @@ class Users:
     def weighted_bit(self) -> Floats:
         """(N,) each user's demand times its priority: what it is worth to serve it."""
         return self.demand_bit if self.priority is None else self.priority * self.demand_bit
+
+    def named(self, names: Collection[str]) -> Bools:
+        """Return (N,) whether each user's name is one of these."""
+        wanted = frozenset(names)
+        return np.array([name in wanted for name in self.names], dtype=np.bool_)
 
     def some(self, kept: Ints, demand_bit: Floats) -> "Users":
         """Return K of N users by their indices with other demands, (N,); a pair of which one is left out is none."""

@@ -224,12 +224,12 @@ def _over_ground(
     careful, scenario = with_caution(budget), whole.scenario
     found, problems = cut_over_ground(whole, lambda plan: _lasts(plan, careful), budget, hover, progress)
     pinned = pins_of(scenario).at(whole.trajectory.stops_m) != NO_PIN
-    flown_anyway = [problem for stop, problem in problems.items() if pinned[stop]]
-    if problems and (most is None or not found or flown_anyway):
-        raise InputError(flown_anyway if most is not None and found else [*problems.values()])
+    all_count = most is None or not found
+    fatal = [problem for stop, problem in problems.items() if all_count or pinned[stop]]
+    if fatal:
+        raise InputError(fatal)
     chosen = found if most is None else worth_most(found, most)
-    served = {name for plan in chosen for name in plan.scenario.users.names}
-    left = np.array([name not in served for name in scenario.users.names])
+    left = ~scenario.users.named({name for plan in chosen for name in plan.scenario.users.names})
     names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
     rest = scenario.left_over(left, scenario.users.demand_bit) if names else None
     return Sorties(whole, _numbered(whole, chosen, names), names, rest)
