@@ -92,6 +92,7 @@ def report_content(
         flight=_flight(plan),
         sorties=plan.part is not None and plan.part.kind == "sortie",
         start_s=0.0 if plan.part is None else plan.part.start_s,
+        round=1 if plan.part is None else plan.part.round,
         proved=proved(plan.bound),
         in_flight=plan.in_flight_bit is not None,
         warnings=tuple(dict.fromkeys([*plan.warnings, *(str(problem) for problem in mission.warnings)])),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -60,6 +60,7 @@ def render(*contents: ReportContent, title: str = "") -> str:
     title
         Heading of the page. Default: the first flight's.
     """
+    contents = _one_after_the_other(contents)
     flights, offset = [], 0
     for number, content in enumerate(contents, start=1):
         several = len(contents) > 1
@@ -92,6 +93,17 @@ def render(*contents: ReportContent, title: str = "") -> str:
         high=low + 1.1 * ((high - low) or 1.0),
         version=__version__,
     )
+
+
+def _one_after_the_other(contents: Sequence[ReportContent]) -> tuple[ReportContent, ...]:
+    """Return the flights with starts after the first of all, each round behind the one before."""
+    begins_s: dict[int, float] = {}
+    end_s = 0.0
+    for number in sorted({content.round for content in contents}):
+        begins_s[number] = end_s
+        own = [content for content in contents if content.round == number]
+        end_s += max(content.start_s + content.mission_s for content in own)
+    return tuple(replace(content, start_s=begins_s[content.round] + content.start_s) for content in contents)
 
 
 def _lead(contents: Sequence[ReportContent]) -> str:

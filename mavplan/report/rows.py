@@ -97,7 +97,9 @@ class ReportContent:
     profile, ground
         Time, and height above home of the flight and of the ground below it; that is empty where it is not known.
     start_s
-        When it starts, after the first of several.
+        When it starts, after the first of several, or of those of its round.
+    round
+        Of sorties of several vehicles, from 1: it begins when the one before is over.
     flight
         Its name among several; empty where it is the only one.
     proved
@@ -137,6 +139,7 @@ class ReportContent:
     flight: str = ""
     sorties: bool = False
     start_s: float = 0.0
+    round: int = 1
     proved: str = ""
     in_flight: bool = False
     warnings: tuple[str, ...] = ()

@@ -52,6 +52,18 @@ def test_the_page_is_whole_and_fetches_nothing(valley):
     assert len(text) < 100_000
 
 
+def test_rounds_of_sorties_follow_one_another(valley):
+    _, content = valley
+    flights = [
+        replace(content, flight="a", mission_s=600.0),
+        replace(content, flight="b", mission_s=900.0, start_s=10.0),
+        replace(content, flight="c", mission_s=300.0, start_s=5.0, round=2),
+    ]
+    words = " ".join(Page(render(*flights)).words)
+    assert f"All done {clock(910.0 + 305.0)}" in " ".join(words.split())
+    assert clock(915.0) in words  # when the flight of the second round starts
+
+
 def test_the_same_plan_is_the_same_page(valley):
     _, content = valley
     assert render(content) == render(content)
