@@ -46,6 +46,9 @@ PATH_NODES = 200
 ROUNDS, ROUNDS_IN_FLIGHT = 100, 80
 """Perturbations before the bound is sought, and as many after."""
 
+ROUNDS_A_STOP = 12
+"""Where this times the stops of the plan is more, so many: more of a long plan can be otherwise."""
+
 SEARCHED, PRICED, BOUNDED = 0.5, 0.66, 0.75
 """Shares of the time limit at which the first search, the prices of the bound and the bound end; what is left is for
 the second search."""
@@ -91,11 +94,11 @@ def least_time(users: Users, channel: Channel, setting: Setting) -> Trajectory:
         return goes_on
 
     papers = list(_papers_stops(users, channel, setting))
-    rounds = ROUNDS_IN_FLIGHT if problem.in_flight else ROUNDS
     search.consider(papers, until(SEARCHED))
     near = list(_near_paths(users, channel, setting))
     for stops in near:
         search.consider([stops], until(SEARCHED))
+    rounds = max(ROUNDS_IN_FLIGHT if problem.in_flight else ROUNDS, ROUNDS_A_STOP * len(search.best_m))
     search.perturb(rounds, until(SEARCHED))
     case = TimeCase.of(
         users, channel, setting.vehicle, service, wind=setting.wind, in_flight=setting.in_flight

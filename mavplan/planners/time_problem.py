@@ -213,6 +213,11 @@ class TimeProblem:
         y = stops_m[..., 1:] - self.users_m[:, 1]
         return self.shares(x * x + y * y)
 
+    def rates_of_many(self, stops_m: Floats) -> Floats:
+        """Return (B, M, N) `rates` of plans (B, M, 2) that have most of their stops in common."""
+        places, which = np.unique(np.ascontiguousarray(stops_m).view(complex)[..., 0], return_inverse=True)
+        return self.rates(places.view(float).reshape(-1, 2))[which.reshape(stops_m.shape[:2])]
+
     def passing_s(self, stops_m: Floats) -> Floats:
         """Return (..., N) seconds at the best rate received on the legs of plans with stops (..., M, 2).
 

@@ -56,6 +56,39 @@ def least_hover(rates: Floats, needs_s: Floats) -> Hover:
     return found
 
 
+def least_hover_at(prices: Floats, rates: Floats, needs_s: Floats) -> Floats:
+    """Return (B,) what the hover of B plans is not below, by prices that are right for a plan near them.
+
+    Parameters
+    ----------
+    prices
+        (N,) of a second of need, y ≥ 0: any with A·y ≤ 1 at all stops of a plan bound its hover, b·y ≤ Σ t. Where one
+        stop is new to them, those of the users are lowered that lose least by it; where several are, the others by
+        a factor.
+    rates, needs_s
+        (B, M, N) and (B, N) as for `least_hover`.
+    """
+    batch, stops, _ = rates.shape
+    if not batch or not stops:
+        return np.zeros(batch)
+    priced = np.flatnonzero(prices > 0)
+    needs, prices, rates = np.maximum(needs_s[:, priced], 0.0), prices[priced], rates[:, :, priced]
+    load = rates @ prices
+    at = rates[np.arange(batch), load.argmax(axis=1)]
+    excess = np.maximum(load.max(axis=1) - 1.0, 0.0)
+    # What a user's price costs the stop, and what it loses by each part of it: the least first, as in a knapsack.
+    taken = at * prices
+    loss = np.where(at > 0, needs / np.maximum(at, TOLERANCE), 0.0)
+    order = np.argsort(loss, axis=1)
+    taken, loss = np.take_along_axis(taken, order, axis=1), np.take_along_axis(loss, order, axis=1)
+    before = np.cumsum(taken, axis=1) - taken
+    cut = np.clip(excess[:, None] - before, 0.0, taken)
+    left_s: Floats = needs @ prices - (cut * loss).sum(axis=1)
+    others = np.sort(load, axis=1)[:, -2:-1].max(axis=1, initial=1.0)
+    left_s /= others
+    return left_s
+
+
 def _solve(rates: Floats, needs_s: Floats, part: slice, into: Hover) -> None:
     """Solve some of the programmes."""
     batch, stops, users = rates[part].shape

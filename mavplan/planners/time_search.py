@@ -23,10 +23,14 @@ from mavplan.planners.time_moves import (
 )
 from mavplan.planners.time_polish import polish
 from mavplan.planners.time_problem import TimeProblem
+from mavplan.planners.time_programme import least_hover_at
 from mavplan.scenario.model import Floats
 
 PLACES = 40
 """Candidate places tried in one step."""
+
+AT_ONCE = 24
+"""Neighbours whose hover is computed together, those that promise most first."""
 
 WORTHWHILE_S = 1e-3
 """A neighbour must be better by this."""
@@ -129,6 +133,38 @@ class TimeSearch:
             if here_s > self.best_s * (1 + ASTRAY):
                 here_m, here_s = self.best_m, self.best_s
 
+    def best_of(self, plans_m: Floats, prices: Floats, below_s: float) -> tuple[Floats, float] | None:
+        """Return the best of plans (B, M, 2) and its time, None where none takes less than this.
+
+        Parameters
+        ----------
+        prices
+            (N,) of a second of need in a plan near them, which bound each plan's hover from below. Plans are compared
+            in the order of these bounds, and those that cannot be the best have no programme solved.
+        """
+        problem = self.problem
+        flight_s = problem.flight_s(plans_m)
+        kept = np.flatnonzero(flight_s < below_s)
+        rates = problem.rates_of_many(plans_m[kept])
+        wants = problem.wants_of(plans_m[kept], rates)
+        kept = kept[able := np.isfinite(wants).all(axis=1)]
+        rates, wants = rates[able], wants[able]
+        least_s = flight_s[kept]
+        if not problem.tdma:
+            least_s = least_s + least_hover_at(prices, rates, wants)
+        best_m: Floats | None = None
+        order = np.argsort(least_s, kind="stable")
+        for first in range(0, len(order), AT_ONCE):
+            some = order[first : first + AT_ONCE]
+            some = some[least_s[some] < below_s]
+            if not len(some):
+                break
+            total_s = problem.hovering(flight_s[kept[some]], rates[some], wants[some]).total_s
+            least = int(total_s.argmin())
+            if total_s[least] < below_s:
+                best_m, below_s = plans_m[kept[some[least]]], float(total_s[least])
+        return None if best_m is None else (best_m, below_s)
+
     def _keep(self, stops_m: Floats, total_s: float) -> None:
         if total_s < self.best_s:
             self.best_m, self.best_s = stops_m, total_s
@@ -167,39 +203,13 @@ class TimeSearch:
             prices = self.problem.times(stops_m[None]).prices[0]
             best_s, best_m = total_s - WORTHWHILE_S, None
             for plans in self._neighbours(stops_m):
-                found = self._best_of(plans, prices, best_s)
+                found = self.best_of(plans, prices, best_s)
                 if found is not None:
                     best_m, best_s = found
             if best_m is None:
                 break
             stops_m, total_s = best_m, best_s
         return stops_m, total_s
-
-    def _best_of(self, plans_m: Floats, prices: Floats, below_s: float) -> tuple[Floats, float] | None:
-        """Return the best of plans (B, M, 2) and its time, None where none takes less than this.
-
-        Parameters
-        ----------
-        prices
-            (N,) of a second of need in a plan near them: made feasible for a plan's stops they bound its hover from
-            below, so that most plans need no programme.
-        """
-        problem = self.problem
-        flight_s = problem.flight_s(plans_m)
-        kept = np.flatnonzero(flight_s < below_s)
-        rates = problem.rates(plans_m[kept])
-        wants = problem.wants_of(plans_m[kept], rates)
-        least_s = flight_s[kept]
-        if not problem.tdma:
-            excess = np.maximum((rates @ prices).max(axis=1, initial=0.0), 1.0)
-            least_s = least_s + np.where(np.isfinite(wants), np.maximum(wants, 0.0), 0.0) @ prices / excess
-        able = (least_s < below_s) & np.isfinite(wants).all(axis=1)
-        if not able.any():
-            return None
-        kept = kept[able]
-        total_s = problem.hovering(flight_s[kept], rates[able], wants[able]).total_s
-        least = int(total_s.argmin())
-        return (plans_m[kept[least]], float(total_s[least])) if total_s[least] < below_s else None
 
     def _neighbours(self, stops_m: Floats) -> list[Floats]:
         """Return plans to try, grouped by their number of stops."""

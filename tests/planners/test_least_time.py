@@ -24,6 +24,7 @@ def brief(monkeypatch):
     for room, name, value in (
         (module, "ROUNDS", 2),
         (module, "ROUNDS_IN_FLIGHT", 2),
+        (module, "ROUNDS_A_STOP", 0),
         (module, "NEARER", (1.0, 0.7)),
         (module, "FROM_BOUND", 2),
         (time_search, "STARTS", 2),

@@ -24,6 +24,7 @@ from mavplan.planners.time_moves import (
 )
 from mavplan.planners.time_polish import polish
 from mavplan.planners.time_problem import TimeProblem
+from mavplan.planners.time_search import TimeSearch
 from mavplan.planners.trajectory import assign
 from mavplan.radio import planning_channel
 from tests.support import make_scenario, user_fields
@@ -181,3 +182,25 @@ def test_users_on_one_spot_are_no_trouble():
     assert assign(scenario.users, path[1:], problem.channel, d2d=True).served.all()
     doubled = dataclasses.replace(problem, need_s=2 * problem.need_s)
     assert doubled.times(path[None, 1:]).hover_s == pytest.approx(2 * problem.times(path[None, 1:]).hover_s)
+
+
+@settings(max_examples=20)
+@given(users=user_fields(), seed=st.integers(0, 2**32 - 1), tdma=st.booleans())
+def test_the_best_neighbour_is_the_best_of_all(users, seed, tdma):
+    rng = np.random.default_rng(seed)
+    mode = "tdma" if tdma else "broadcast"
+    problem = problem_of(make_scenario(users.xy_m, demand_mbit=20.0, clusters=2, mode=mode, end="stay"))
+    stops = users.xy_m + rng.uniform(-50.0, 50.0, users.xy_m.shape)
+    plans = np.concatenate(
+        [with_one_instead(problem, stops, candidate_places(problem, rng)[:60]), stops[None]]
+    )
+    rates = problem.rates(plans)
+    np.testing.assert_array_equal(problem.rates_of_many(plans), rates)
+    here = problem.times(stops[None])
+    times = problem.times(plans).total_s
+    found = TimeSearch(problem, rng).best_of(plans, here.prices[0], float(here.total_s[0]) - 1e-6)
+    if found is None:
+        assert times.min() >= here.total_s[0] - 1e-6
+    else:
+        assert found[1] == pytest.approx(times.min())
+        assert problem.times(found[0][None]).total_s[0] == pytest.approx(times.min())
