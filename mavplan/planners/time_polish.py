@@ -6,10 +6,10 @@ the time truly falls. A stop does not leave the disc of a user that it alone ser
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
+from mavplan.planners.linear_programme import least
 from mavplan.planners.time_problem import TimeProblem, Times
 from mavplan.scenario.model import Bools, Floats
 
@@ -132,8 +132,6 @@ class _Model:
 
     def step(self, trust_m: float) -> tuple[Floats, float] | None:
         """Return where the stops go within the radius of trust and the time promised there; None where nowhere."""
-        from scipy.optimize import linprog
-
         problem, stops = self.problem, len(self.stops_m)
         legs, leg_limits, leg_cost = self._legs(trust_m)
         discs, disc_limits = self._discs(trust_m)
@@ -151,18 +149,11 @@ class _Model:
         cost = np.concatenate([self.cost.ravel(), np.full(stops, held), leg_cost])
         low = np.concatenate([np.full(2 * stops, -trust_m), np.zeros(stops + count)])
         high = np.concatenate([np.full(2 * stops, trust_m), np.full(stops + count, np.inf)])
-        solve: Any = linprog
-        found = solve(
-            cost,
-            A_ub=matrix,
-            b_ub=np.concatenate([self.limits, leg_limits, disc_limits]),
-            bounds=np.column_stack([low, high]),
-            method="highs",
-        )
-        if found.status != 0:
+        found = least(cost, matrix, np.concatenate([self.limits, leg_limits, disc_limits]), low, high)
+        if found is None:
             return None
         moved = self.stops_m + found.x[: 2 * stops].reshape(stops, 2)
-        return self._back_in_reach(moved), float(found.fun) + self.base_s + self.constant_s
+        return self._back_in_reach(moved), found.value + self.base_s + self.constant_s
 
     def _legs(self, trust_m: float) -> tuple[Floats, Floats, Floats]:
         """Return rows over moves and lengths that keep lengths above their legs', limits, and costs by the metre."""

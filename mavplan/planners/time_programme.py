@@ -1,19 +1,15 @@
 """The hover programme of many plans at once: min Σ t with Aᵀ·t ≥ b, t ≥ 0, each far too small for a solver's door.
 
-Solved through its dual, max b·y with A·y ≤ 1, y ≥ 0, by the simplex method on tableaus side by side: y = 0 is
-feasible, so there is no first phase. The final row gives the holds t, the final right-hand side the prices y.
+Solved through its dual, max b·y with A·y ≤ 1, y ≥ 0, by simplex tableaux side by side: y = 0 is feasible, so there is
+no first phase. The final row gives the holds t, the final right-hand side the prices y.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from mavplan.planners.simplex import TOLERANCE, Tableaux
 from mavplan.scenario.model import Floats
-
-TOLERANCE = 1e-9
-"""Reduced costs and pivots nearer to 0 than this count as 0; all figures are of order one."""
-
-MOST_PIVOTS = 400
 
 AT_ONCE = 400_000
 """Tableau cells that are worked on together: what the processor's cache holds."""
@@ -52,7 +48,11 @@ def least_hover(rates: Floats, needs_s: Floats) -> Hover:
     found = Hover(np.empty(batch), np.empty((batch, stops)), np.empty((batch, users)))
     step = max(1, AT_ONCE // ((stops + 1) * (users + 1)))
     for first in range(0, batch, step):
-        _solve(rates, needs_s, slice(first, min(first + step, batch)), found)
+        part = slice(first, min(first + step, batch))
+        tableaux = Tableaux.of(rates[part], np.maximum(needs_s[part], 0.0))
+        found.total_s[part] = np.where(tableaux.maximise(), tableaux.value, np.inf)
+        prices, holds = tableaux.values()
+        found.prices[part], found.holds_s[part] = prices[:, :users], holds[:, users:]
     return found
 
 
@@ -87,54 +87,3 @@ def least_hover_at(prices: Floats, rates: Floats, needs_s: Floats) -> Floats:
     others = np.sort(load, axis=1)[:, -2:-1].max(axis=1, initial=1.0)
     left_s /= others
     return left_s
-
-
-def _solve(rates: Floats, needs_s: Floats, part: slice, into: Hover) -> None:
-    """Solve some of the programmes."""
-    batch, stops, users = rates[part].shape
-    # Rows: a constraint for each stop, then the reduced costs. Columns: the nonbasic variables, then the right side.
-    tableau = np.empty((batch, stops + 1, users + 1))
-    tableau[:, :stops, :users] = rates[part]
-    tableau[:, stops, :users] = -np.maximum(needs_s[part], 0.0)
-    tableau[:, :stops, users], tableau[:, stops, users] = 1.0, 0.0
-    # Which variable each row and column stands for: prices are 0 … N − 1, holds N … N + M − 1.
-    in_row = np.tile(np.arange(users, users + stops), (batch, 1))
-    in_column = np.tile(np.arange(users), (batch, 1))
-    in_rows, in_columns = np.zeros((batch, users + stops)), np.zeros((batch, users + stops))
-    total = np.full(batch, np.inf)
-    index = np.arange(batch)
-    for _ in range(MOST_PIVOTS):
-        entering = tableau[:, stops, :users].argmin(axis=1)
-        here = np.arange(len(index))
-        done = tableau[here, stops, entering] >= -TOLERANCE
-        if done.any():
-            at = index[done]
-            total[at] = tableau[done, stops, users]
-            in_rows[at[:, None], in_row[done]] = tableau[done, :stops, users]
-            in_columns[at[:, None], in_column[done]] = tableau[done, stops, :users]
-            tableau, index = tableau[~done], index[~done]
-            in_row, in_column, entering = in_row[~done], in_column[~done], entering[~done]
-            here = here[: len(index)]
-        if not len(index):
-            break
-        column = tableau[here, :, entering].copy()
-        usable = column[:, :stops] > TOLERANCE
-        ratio = np.where(usable, tableau[:, :stops, users] / np.where(usable, column[:, :stops], 1.0), np.inf)
-        leaving = ratio.argmin(axis=1)
-        bounded = usable[here, leaving]
-        if not bounded.all():
-            tableau, index, column = tableau[bounded], index[bounded], column[bounded]
-            in_row, in_column = in_row[bounded], in_column[bounded]
-            entering, leaving, here = entering[bounded], leaving[bounded], here[: len(index)]
-        pivot = column[here, leaving]
-        row = tableau[here, leaving] / pivot[:, None]
-        row[here, entering] = 1.0 / pivot
-        column[here, leaving] = 0.0
-        tableau[here, :, entering] = 0.0
-        tableau -= column[:, :, None] * row[:, None, :]
-        tableau[here, leaving] = row
-        in_row[here, leaving], in_column[here, entering] = in_column[here, entering], in_row[here, leaving]
-    into.total_s[part] = total
-    # A price has its value in its row, a hold as the reduced cost of its column; wherever else they stand they are 0.
-    into.prices[part] = in_rows[:, :users]
-    into.holds_s[part] = in_columns[:, users:]

@@ -21,6 +21,7 @@ from mavplan.planners.time_moves import (
     with_one_instead,
     with_one_less,
 )
+from mavplan.planners.time_nearby import Nearby
 from mavplan.planners.time_polish import polish
 from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.time_programme import least_hover_at
@@ -29,7 +30,7 @@ from mavplan.scenario.model import Floats
 PLACES = 40
 """Candidate places tried in one step."""
 
-AT_ONCE = 24
+AT_ONCE = 30
 """Neighbours whose hover is computed together, those that promise most first."""
 
 WORTHWHILE_S = 1e-3
@@ -133,14 +134,14 @@ class TimeSearch:
             if here_s > self.best_s * (1 + ASTRAY):
                 here_m, here_s = self.best_m, self.best_s
 
-    def best_of(self, plans_m: Floats, prices: Floats, below_s: float) -> tuple[Floats, float] | None:
+    def best_of(self, plans_m: Floats, nearby: Nearby, below_s: float) -> tuple[Floats, float] | None:
         """Return the best of plans (B, M, 2) and its time, None where none takes less than this.
 
         Parameters
         ----------
-        prices
-            (N,) of a second of need in a plan near them, which bound each plan's hover from below. Plans are compared
-            in the order of these bounds, and those that cannot be the best have no programme solved.
+        nearby
+            Of a plan near them. Its prices bound the hover of each from below, and plans are compared in the order of
+            these bounds: those that cannot be the best have no programme solved.
         """
         problem = self.problem
         flight_s = problem.flight_s(plans_m)
@@ -151,7 +152,7 @@ class TimeSearch:
         rates, wants = rates[able], wants[able]
         least_s = flight_s[kept]
         if not problem.tdma:
-            least_s = least_s + least_hover_at(prices, rates, wants)
+            least_s = least_s + least_hover_at(nearby.prices, rates, wants)
         best_m: Floats | None = None
         order = np.argsort(least_s, kind="stable")
         for first in range(0, len(order), AT_ONCE):
@@ -159,7 +160,7 @@ class TimeSearch:
             some = some[least_s[some] < below_s]
             if not len(some):
                 break
-            total_s = problem.hovering(flight_s[kept[some]], rates[some], wants[some]).total_s
+            total_s = nearby.total_s(flight_s[kept[some]], plans_m[kept[some]], rates[some], wants[some])
             least = int(total_s.argmin())
             if total_s[least] < below_s:
                 best_m, below_s = plans_m[kept[some[least]]], float(total_s[least])
@@ -200,10 +201,10 @@ class TimeSearch:
     def _descended(self, stops_m: Floats, total_s: float, keep_going: KeepGoing) -> tuple[Floats, float]:
         """Return the plan that steps to the best neighbour lead to."""
         while keep_going():
-            prices = self.problem.times(stops_m[None]).prices[0]
+            nearby = Nearby(self.problem, stops_m)
             best_s, best_m = total_s - WORTHWHILE_S, None
             for plans in self._neighbours(stops_m):
-                found = self.best_of(plans, prices, best_s)
+                found = self.best_of(plans, nearby, best_s)
                 if found is not None:
                     best_m, best_s = found
             if best_m is None:

@@ -19,9 +19,11 @@ from mavplan.planners.time_moves import (
     inserted,
     merged,
     reordered,
+    with_another,
     with_one_instead,
     with_one_less,
 )
+from mavplan.planners.time_nearby import Nearby
 from mavplan.planners.time_polish import polish
 from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.time_search import TimeSearch
@@ -198,9 +200,36 @@ def test_the_best_neighbour_is_the_best_of_all(users, seed, tdma):
     np.testing.assert_array_equal(problem.rates_of_many(plans), rates)
     here = problem.times(stops[None])
     times = problem.times(plans).total_s
-    found = TimeSearch(problem, rng).best_of(plans, here.prices[0], float(here.total_s[0]) - 1e-6)
+    found = TimeSearch(problem, rng).best_of(plans, Nearby(problem, stops), float(here.total_s[0]) - 1e-6)
     if found is None:
         assert times.min() >= here.total_s[0] - 1e-6
     else:
         assert found[1] == pytest.approx(times.min())
         assert problem.times(found[0][None]).total_s[0] == pytest.approx(times.min())
+
+
+@settings(max_examples=30)
+@given(
+    users=user_fields(),
+    seed=st.integers(0, 2**32 - 1),
+    mode=st.sampled_from(["broadcast", "tdma"]),
+    in_flight=st.booleans(),
+)
+def test_plans_near_one_hover_as_long_as_by_themselves(users, seed, mode, in_flight):
+    rng = np.random.default_rng(seed)
+    pairs = [(one, mate) for one, mate in enumerate(users.mate) if one < mate]
+    scenario = make_scenario(users.xy_m, pairs=pairs, demand_mbit=20.0, clusters=2, mode=mode, end="rtl")
+    problem = problem_of(scenario, in_flight=in_flight)
+    stops = np.concatenate([users.xy_m, users.xy_m[:1]]) + rng.uniform(-50.0, 50.0, (len(users) + 1, 2))
+    nearby = Nearby(problem, stops)
+    places = candidate_places(problem, rng)[:40]
+    groups = [reordered(problem, stops), with_one_instead(problem, stops, places), with_one_less(stops)]
+    groups += [with_another(problem, stops, places), merged(stops), rng.uniform(-900, 900, (3, 4, 2))]
+    for plans in groups:
+        alone = problem.times(plans)
+        able = np.isfinite(alone.total_s)
+        rates = problem.rates(plans[able])
+        total_s = nearby.total_s(
+            alone.flight_s[able], plans[able], rates, problem.wants_of(plans[able], rates)
+        )
+        assert total_s == pytest.approx(alone.total_s[able], abs=1e-6)
