@@ -50,10 +50,12 @@ def least(cost: Floats, matrix: Floats, limits: Floats, low: Floats, high: Float
     entries.start_ = np.searchsorted(column, np.arange(len(cost) + 1)).astype(np.int32)
     entries.index_, entries.value_ = row.astype(np.int32), matrix[row, column]
     solver = make_solver()
-    for option, value in (("output_flag", False), ("threads", 1), ("presolve", "off")):
-        solver.setOptionValue(option, value)
-    solver.passModel(programme)
-    solver.run()
-    if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
-        return None
-    return Optimum(np.array(solver.getSolution().col_value), float(solver.getObjectiveValue()))
+    solver.setOptionValue("output_flag", False)
+    solver.setOptionValue("threads", 1)
+    for presolve in ("off", "on"):  # off is faster; on is more, where figures are far apart
+        solver.setOptionValue("presolve", presolve)
+        solver.passModel(programme)
+        solver.run()
+        if solver.getModelStatus() == highspy.HighsModelStatus.kOptimal:
+            return Optimum(np.array(solver.getSolution().col_value), float(solver.getObjectiveValue()))
+    return None

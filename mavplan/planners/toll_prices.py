@@ -15,10 +15,10 @@ The paths met so far give the programme its rows; which path is cheapest under i
 """
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from mavplan.planners.linear_programme import least
 from mavplan.planners.toll_curve import Curve
 from mavplan.scenario.model import Floats, Ints
 
@@ -94,13 +94,10 @@ class PriceProgramme:
 
     def solve(self) -> tuple[Prices, float]:
         """Return the prices that are best for the paths met so far, and the bound that they promise."""
-        from scipy.optimize import linprog
-        from scipy.sparse import csr_array, vstack
-
         users, at = len(self.need_s), self._columns()
         places = np.vstack(self._rows)
         allowed = np.full((len(places), 1), -1.0 if self.in_flight else 0.0)
-        above = csr_array(np.hstack([places, allowed, np.zeros((len(places), at.width - at.share - 1))]))
+        above = np.hstack([places, allowed, np.zeros((len(places), at.width - at.share - 1))])
         rows, limits = self._path_rows(at)
         cost = np.zeros(at.width)
         cost[at.bound] = -1.0
@@ -110,19 +107,13 @@ class PriceProgramme:
         # Prices of users who need nothing would only take room.
         needless = np.flatnonzero(self._needs() <= 0)
         high[needless] = high[users + needless] = 0.0
-        solve: Any = linprog
-        found = solve(
-            cost,
-            A_ub=vstack([above, csr_array(rows)]),
-            b_ub=np.concatenate([np.full(len(places), 0.0 if self.in_flight else 1.0), limits]),
-            bounds=np.column_stack([low, high]),
-            method="highs",
-        )
-        if found.status != 0:
-            raise ArithmeticError(f"prices: {found.message}")
+        most = np.concatenate([np.full(len(places), 0.0 if self.in_flight else 1.0), limits])
+        found = least(cost, np.concatenate([above, rows]), most, low, high)
+        if found is None:
+            raise ArithmeticError("prices: HiGHS finds none")
         values = np.maximum(found.x, 0.0)
         share = min(float(values[at.share]), 1.0) if self.in_flight else 0.0
-        return Prices(values[:users], values[users : 2 * users], share), -float(found.fun)
+        return Prices(values[:users], values[users : 2 * users], share), -found.value
 
     def _columns(self) -> "_Columns":
         pairs = int((self.members[:, 0] != self.members[:, 1]).sum())
