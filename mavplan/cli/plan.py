@@ -213,7 +213,8 @@ def plan_command(
     outputs = named_outputs(outputs, kind) or (Path(f"{stem_of(scenario)}.plan"),)
     check_outputs(outputs)
     note(f"reading {scenario}")
-    loaded = with_options(read_scenario(scenario), planner, clusters, seed, autopilot, time_limit_s, altitude)
+    given = read_scenario(scenario, all_served=not isinstance(sorties, int))
+    loaded = with_options(given, planner, clusters, seed, autopilot, time_limit_s, altitude)
     click.get_current_context().with_resource(lending(jobs, cluster))
     if vehicles is not None and vehicles > 1:
         from mavplan.cli.several import fly_fleet

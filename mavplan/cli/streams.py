@@ -28,8 +28,13 @@ def format_option(*kinds: str) -> Callable[[_Command], _Command]:
     return click.option("--format", "kind", type=click.Choice(kinds), help=words)
 
 
-def read_scenario(path: Path) -> "Scenario":
+def read_scenario(path: Path, *, all_served: bool = True) -> "Scenario":
     """Return the scenario in a file, or on standard input, whose files stand relative to the working folder.
+
+    Parameters
+    ----------
+    all_served
+        As `mavplan.scenario.load_scenario` takes it.
 
     Raises
     ------
@@ -39,10 +44,10 @@ def read_scenario(path: Path) -> "Scenario":
     from mavplan.scenario.toml import MAX_BYTES, load_scenario, scenario_of
 
     if path != DASH:
-        return load_scenario(path)
+        return load_scenario(path, all_served=all_served)
     if is_terminal(sys.stdin):
         click.echo("reading the scenario from standard input, to its end (Ctrl-D)", err=True)
-    return scenario_of(sys.stdin.buffer.read(MAX_BYTES + 1), Path(), STDIN)
+    return scenario_of(sys.stdin.buffer.read(MAX_BYTES + 1), Path(), STDIN, all_served=all_served)
 
 
 def stem_of(path: Path) -> str:

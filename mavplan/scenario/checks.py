@@ -108,11 +108,14 @@ def check_distances(
     label: str,
     report: Report,
     vehicles: Sequence[FleetVehicle] = (),
+    *,
+    all_served: bool = True,
 ) -> None:
     """Note users too far from home: more than `MAX_DISTANCE_M`, or more than the endurance reaches.
 
     A user with a mate is within reach if either is: the other is then served through D2D.
-    The endurance reaches from the nearest of the homes of ``vehicles`` too.
+    The endurance reaches from the nearest of the homes of ``vehicles`` too. Whom it does not reach stops the work only
+    where everybody is to be served, or nobody can be.
     """
     far_m = _distance_m(users.lat_deg, users.lon_deg, home)
     if len(far_m) >= MANY and (far_m > MAX_DISTANCE_M).all():
@@ -134,11 +137,11 @@ def check_distances(
     for number, i in enumerate(np.flatnonzero(beyond)):
         nearest = "the nearest home" if len(vehicles) else "home"
         why = reach.reason if number == 0 else f"at most {reach.distance_m:,.0f} m can be reached, as said"
-        report.error(
-            users.places[i],
-            f"{users.names[i]} is {near_m[i]:,.0f} m from {nearest}; {why}",
-            "beyond-endurance",
-        )
+        message = f"{users.names[i]} is {near_m[i]:,.0f} m from {nearest}; {why}"
+        if all_served or beyond.all():
+            report.error(users.places[i], message, "beyond-endurance")
+        else:
+            report.warning(users.places[i], f"{message}; it is left over", "beyond-endurance")
 
 
 def _all_are_far(

@@ -55,13 +55,15 @@ NO_SCENARIO = {ending: _USERS for ending in ENDINGS if ending != ".txt"} | dict.
 """What to say of a file by whose suffix it is none."""
 
 
-def load_scenario(path: Path | str) -> Scenario:
+def load_scenario(path: Path | str, *, all_served: bool = True) -> Scenario:
     """Read a scenario and check all of it.
 
     Parameters
     ----------
     path
         The ``scenario.toml``; the users file stands relative to it.
+    all_served
+        Whether everybody is to be served; if not, users whom the endurance does not reach are a warning each.
 
     Returns
     -------
@@ -79,10 +81,11 @@ def load_scenario(path: Path | str) -> Scenario:
     if path.suffix.lower() in NO_SCENARIO and path.is_file():
         report.error(str(path), NO_SCENARIO[path.suffix.lower()], "not-a-scenario")
         report.raise_errors()
-    return _read(read_text(path, str(path), MAX_BYTES, report), path.parent, str(path), report)
+    text = read_text(path, str(path), MAX_BYTES, report)
+    return _read(text, path.parent, str(path), report, all_served=all_served)
 
 
-def scenario_of(data: bytes, folder: Path, label: str) -> Scenario:
+def scenario_of(data: bytes, folder: Path, label: str, *, all_served: bool = True) -> Scenario:
     """Return the scenario in the bytes of a ``scenario.toml``, as `load_scenario` does.
 
     Parameters
@@ -93,14 +96,17 @@ def scenario_of(data: bytes, folder: Path, label: str) -> Scenario:
         Where the users file stands relative to.
     label
         What to call it in problems.
+    all_served
+        As `load_scenario` takes it.
     """
     report = Report()
     if len(data) > MAX_BYTES:
         report.error(label, f"is longer than the {MAX_BYTES:,} bytes that are read", "unreadable")
-    return _read(decode(data, label, report) if len(data) <= MAX_BYTES else None, folder, label, report)
+    text = decode(data, label, report) if len(data) <= MAX_BYTES else None
+    return _read(text, folder, label, report, all_served=all_served)
 
 
-def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenario:
+def _read(text: str | None, folder: Path, label: str, report: Report, *, all_served: bool) -> Scenario:
     data = None if text is None else _parse(text, label, report)
     if data is None:
         report.raise_errors()
@@ -144,7 +150,7 @@ def _read(text: str | None, folder: Path, label: str, report: Report) -> Scenari
             if sections.sound("radio", "vehicle", "service")
             else None
         )
-        check_distances(users, sections.home, reach, label, report, things.vehicles)
+        check_distances(users, sections.home, reach, label, report, things.vehicles, all_served=all_served)
         check_stops(things.stops, users, sections.home, label, report)
     report.raise_errors()
     if users is None or sections.home is None:

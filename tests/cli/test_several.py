@@ -55,6 +55,28 @@ def test_who_is_left_over_is_named_and_is_a_scenario(mavplan, short_of_battery, 
     )
 
 
+def test_a_user_beyond_the_endurance_is_left_over_where_somebody_may_be(mavplan, short_of_battery, tmp_path):
+    users = tmp_path / "users.csv"
+    header, first = users.read_text().splitlines()[:2]
+    columns = header.split(",")
+    far = first.split(",")
+    far[columns.index("name")] = "Far hut"
+    far[columns.index("lat_deg")] = str(float(far[columns.index("lat_deg")]) + 0.4)
+    users.write_text(users.read_text() + ",".join(far) + "\n")
+    text = short_of_battery.read_text()
+    short_of_battery.write_text(re.sub(r"endurance_s = \d+", "endurance_s = 1500", text))
+    for sorties in ([], ["--sorties", "auto"]):
+        refused = mavplan("plan", short_of_battery, *sorties, "-o", "v.plan")
+        assert refused.code == 2
+        assert "Far hut is " in refused.err
+        assert not (tmp_path / "v.plan").exists()
+    ran = mavplan("plan", short_of_battery, "--sorties", "1", "-o", "v.plan", "--json")
+    assert ran.code == 0, ran.err
+    assert re.search(r"line \d+: Far hut is [\d,]+ m from home; .*; it is left over", ran.err)
+    assert "Far hut" in json.loads(ran.out)["not_served"]
+    assert "Far hut" in (tmp_path / "v-rest.csv").read_text()
+
+
 def test_one_battery_that_does_it_writes_the_ordinary_files(mavplan, gallery, tmp_path):
     scenario = gallery / "valley" / "scenario.toml"
     assert mavplan("plan", scenario, "-o", "one.plan").code == 0
