@@ -8,11 +8,12 @@ are another gain.
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavplan.planners.simplex import NOTHING, Tableaux
 from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.time_programme import least_hover
-from mavplan.scenario.model import Bools, Floats, Ints
+from mavplan.scenario.model import Bools, Floats
 
 MOST_GONE = 2
 """Places that a plan may lack, and it may have one more."""
@@ -24,7 +25,7 @@ class Nearby:
     Parameters
     ----------
     stops_m
-        (M, 2) the plan, which serves everybody.
+        (M, 2) the plan.
 
     Attributes
     ----------
@@ -36,7 +37,8 @@ class Nearby:
         self.problem = problem
         self._places = np.unique(_as_numbers(stops_m))
         rates = problem.rates(stops_m)
-        self._needs = problem.wants_of(stops_m[None], rates[None])[0]
+        wants = problem.wants_of(stops_m[None], rates[None])[0]
+        self._needs = np.where(np.isfinite(wants), np.maximum(wants, 0.0), 0.0)
         self.prices = np.zeros(len(self._needs))
         if not problem.tdma:
             self.prices = self._tableaux.values()[0][0, : len(self._needs)]
@@ -45,7 +47,7 @@ class Nearby:
     def _tableaux(self) -> Tableaux:
         """The plan's own programme, solved."""
         rates = self.problem.rates(self._places.view(float).reshape(-1, 2))
-        found = Tableaux.of(rates[None], np.maximum(self._needs, 0.0)[None])
+        found = Tableaux.of(rates[None], self._needs[None])
         found.maximise()
         return found
 
@@ -73,14 +75,14 @@ class Nearby:
         slacks = np.where(gone, len(self._needs) + np.arange(gone.shape[1]), NOTHING)
         for slack in np.sort(slacks, axis=1)[:, -MOST_GONE:].T:
             sure &= found.without(slack)
-        if (needs != np.maximum(self._needs, 0.0)).any():
+        if (needs != self._needs).any():
             found.set_gain(needs)
         sure &= found.maximise()
         hover_s: Floats = np.where(sure, found.value, np.inf)
         return hover_s
 
 
-def _as_numbers(places_m: Floats) -> Ints:
+def _as_numbers(places_m: Floats) -> NDArray[np.complex128]:
     """Return places (..., 2) as one number each, that can be compared."""
-    found: Ints = np.ascontiguousarray(places_m).view(complex)[..., 0]
+    found: NDArray[np.complex128] = np.ascontiguousarray(places_m).view(complex)[..., 0]
     return found

@@ -93,7 +93,6 @@ class TimeSearch:
         self._reach = self.problem.rates(self.places_m) > 0
         self.best_m = np.empty((0, 2))
         self.best_s = np.inf
-        self.found: list[tuple[float, Floats]] = []
 
     def consider(self, starts: Sequence[Floats], keep_going: KeepGoing, most: int = STARTS) -> None:
         """Improve the best ``most`` of some plans.

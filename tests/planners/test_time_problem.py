@@ -214,14 +214,15 @@ def test_the_best_neighbour_is_the_best_of_all(users, seed, tdma):
     seed=st.integers(0, 2**32 - 1),
     mode=st.sampled_from(["broadcast", "tdma"]),
     in_flight=st.booleans(),
+    all_served=st.booleans(),
 )
-def test_plans_near_one_hover_as_long_as_by_themselves(users, seed, mode, in_flight):
+def test_plans_near_one_hover_as_long_as_by_themselves(users, seed, mode, in_flight, all_served):
     rng = np.random.default_rng(seed)
     pairs = [(one, mate) for one, mate in enumerate(users.mate) if one < mate]
     scenario = make_scenario(users.xy_m, pairs=pairs, demand_mbit=20.0, clusters=2, mode=mode, end="rtl")
     problem = problem_of(scenario, in_flight=in_flight)
     stops = np.concatenate([users.xy_m, users.xy_m[:1]]) + rng.uniform(-50.0, 50.0, (len(users) + 1, 2))
-    nearby = Nearby(problem, stops)
+    nearby = Nearby(problem, stops if all_served else stops[: len(users) // 2 + 1])
     places = candidate_places(problem, rng)[:40]
     groups = [reordered(problem, stops), with_one_instead(problem, stops, places), with_one_less(stops)]
     groups += [with_another(problem, stops, places), merged(stops), rng.uniform(-900, 900, (3, 4, 2))]
