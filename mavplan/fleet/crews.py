@@ -18,7 +18,8 @@ from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.spread import lent, spread_here
 from mavplan.planners.trajectory import cut_out
 from mavplan.radio import planning_channel
-from mavplan.scenario.model import UNPAIRED, Floats, Scenario
+from mavplan.scenario.model import UNPAIRED, Floats, Ints, Scenario
+from mavplan.scenario.sections import PinnedStop
 from mavplan.sorties.ways import Ways
 
 MOST_TRIALS = 40
@@ -145,12 +146,8 @@ class Crews:
     def _scenario(self, vehicle: int, part: Sequence[int]) -> Scenario:
         scenario = self._own[vehicle]
         kept = np.array(sorted(user for stop in part for user in self._users_of[stop]), dtype=np.int64)
-        return replace(
-            scenario.with_some(scenario.users.some(kept, scenario.users.demand_bit)),
-            vehicles=(),
-            stops=tuple(scenario.stops[self._pins[stop]] for stop in part if self._pins[stop] != NO_PIN),
-            warnings=(),
-        )
+        stops = tuple(scenario.stops[self._pins[stop]] for stop in part if self._pins[stop] != NO_PIN)
+        return share_of(scenario, kept, stops)
 
     def _along(self, vehicle: int, part: Sequence[int]) -> Plan | None:
         """Return the flight over the stops as they are; None where they do not reach everybody from its height."""
@@ -182,6 +179,12 @@ class Crews:
         if along is None or anew.forecast.mission_s <= along.forecast.mission_s:
             return anew
         return along
+
+
+def share_of(scenario: Scenario, kept: Ints, stops: tuple[PinnedStop, ...]) -> Scenario:
+    """Return what one vehicle does of a scenario as it has it: some of the users, (K,), and of the pinned stops."""
+    some = scenario.with_some(scenario.users.some(kept, scenario.users.demand_bit))
+    return replace(some, vehicles=(), stops=stops, warnings=())
 
 
 def planned_anew(task: tuple[Scenario, HoverStyle]) -> Plan | tuple[Problem, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from mavplan.errors import InputError, Problem
 from mavplan.fleet.apart import Starts
 from mavplan.fleet.crews import Crews
+from mavplan.fleet.offered import offered
 from mavplan.fleet.rounds import Apart, Cut, Round, cut_each, dealt, rounds_of, said_once
 from mavplan.geo import Elsewhere, LocalPlane
 from mavplan.part import Part
@@ -138,6 +139,9 @@ def plan_fleet(
         found = Crews(base, own, hover).planned()
         each = _tried(lambda: cut(found, most=most), faults)
         ways = [best, None if each is None else _way(rounds_of(each.sorties, apart), each)]
+        if each is not None and each.not_served and most is not None:
+            more = offered(each, found, own, hover, most)
+            ways.append(_way(rounds_of(more.sorties, apart), more))
         if sorties and not scenario.vehicles:
             whole = _tried(lambda: cut([base], most=None if most is None else most * count), faults)
             ways.append(
