@@ -46,7 +46,7 @@ PATH_NODES = 200
 ROUNDS, ROUNDS_IN_FLIGHT = 100, 80
 """Perturbations before the bound is sought, and as many after."""
 
-ROUNDS_A_STOP = 12
+ROUNDS_A_STOP = 20
 """Where this times the stops of the plan is more, so many: more of a long plan can be otherwise."""
 
 SEARCHED, PRICED, BOUNDED = 0.5, 0.66, 0.75

@@ -2,11 +2,11 @@
 
 A plan is improved by the best of its neighbours (`time_moves`) until none is better, then all its stops are moved at
 once (`time_polish`). After that some stops that stand near each other are taken out, or the order is cut and put
-together otherwise, the plan is repaired, improved, and kept if it is better or hardly worse. Counted work and a seed
-decide everything; a clock only where a limit is given.
+together otherwise, the plan is repaired, improved, and kept if it is better or hardly worse; in vain for long, another
+local optimum is gone on with. Counted work and a seed decide everything; a clock only where a limit is given.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,10 +43,10 @@ WORSE = 0.003
 """A plan that is worse than the present one by up to a random part of this may take its place."""
 
 ASTRAY = 0.01
-"""Further above the best than this the search goes back to it."""
+"""Further above the best that the present plan has come to than this the search goes back to that."""
 
-VAIN, GAINED = 0.5, 1e-4
-"""The search ends after this part of its rounds in a row without a gain of this part."""
+VAIN, GAINED = 40, 1e-4
+"""After so many rounds in a row without a gain of this part another plan is gone on with."""
 
 PROMISING = 1.02
 """Plans whose time before polishing is above this times the best are not polished to the end, and in a perturbation
@@ -93,6 +93,8 @@ class TimeSearch:
         self._reach = self.problem.rates(self.places_m) > 0
         self.best_m = np.empty((0, 2))
         self.best_s = np.inf
+        self._optima: list[tuple[Floats, float]] = []
+        self._begun: list[tuple[Floats, float]] = []
 
     def consider(self, starts: Sequence[Floats], keep_going: KeepGoing, most: int = STARTS) -> None:
         """Improve the best ``most`` of some plans.
@@ -112,26 +114,51 @@ class TimeSearch:
         for total_s, index in timed[:most]:
             if not keep_going():
                 return
-            self._keep(*self._improved(served[index], total_s, keep_going))
+            self._optima.append(self._improved(served[index], total_s, keep_going))
+            self._keep(*self._optima[-1])
 
     def perturb(self, rounds: int, keep_going: KeepGoing) -> None:
-        """Perturb and improve the best plan ``rounds`` times, or until that was long in vain or time is up."""
-        here_m, here_s = self.best_m, self.best_s
+        """Perturb and improve plans ``rounds`` times, or until that was in vain with all of them or time is up.
+
+        The best is gone on with, then the others that `consider` came to, as the deepest valley need not be the one
+        that a start fell into.
+        """
+        lines = self._lines()
+        least_m, least_s = here_m, here_s = next(lines)
         in_vain = 0
         for _ in range(rounds):
-            if not keep_going() or in_vain >= VAIN * rounds:
+            if in_vain >= VAIN:
+                following = next(lines, None)
+                if following is None:
+                    break
+                least_m, least_s = here_m, here_s = following
+                in_vain = 0
+            if not keep_going():
                 break
-            before_s = self.best_s
+            before_s = least_s
             repaired = self._repaired(self._perturbed(here_m, GONE + in_vain // GONE_MORE))
             stops, total_s = self._descended(repaired, self._time_s(repaired), keep_going)
-            if total_s < PROMISING * self.best_s and not _is_alike(stops, total_s, here_m, here_s):
+            if total_s < PROMISING * least_s and not _is_alike(stops, total_s, here_m, here_s):
                 stops, total_s = self._improved(stops, total_s, keep_going, descended=True)
                 if total_s < here_s * (1 + WORSE * self.rng.random()):
                     here_m, here_s = stops, total_s
+                if total_s < least_s:
+                    least_m, least_s = stops, total_s
                 self._keep(stops, total_s)
-            in_vain = 0 if self.best_s < before_s * (1 - GAINED) else in_vain + 1
-            if here_s > self.best_s * (1 + ASTRAY):
-                here_m, here_s = self.best_m, self.best_s
+            in_vain = 0 if least_s < before_s * (1 - GAINED) else in_vain + 1
+            if here_s > least_s * (1 + ASTRAY):
+                here_m, here_s = least_m, least_s
+
+    def _lines(self) -> Iterator[tuple[Floats, float]]:
+        """Yield plans to go on with: the best, each other local optimum of the starts once, the best again."""
+        begun = self._begun
+        begun += [(self.best_m, self.best_s), *sorted(self._optima, key=_seconds)[:1]]
+        yield self.best_m, self.best_s
+        for stops, total_s in sorted(self._optima, key=_seconds):
+            if np.isfinite(total_s) and not any(_is_alike(stops, total_s, *other) for other in begun):
+                begun.append((stops, total_s))
+                yield stops, total_s
+        yield self.best_m, self.best_s
 
     def best_of(self, plans_m: Floats, nearby: Nearby, below_s: float) -> tuple[Floats, float] | None:
         """Return the best of plans (B, M, 2) and its time, None where none takes less than this.
@@ -254,6 +281,10 @@ class TimeSearch:
             place = self.places_m[useful[best : best + 1]]
             stops_m = inserted(stops_m, place, detours[best : best + 1].argmin(axis=1))[0]
         return stops_m
+
+
+def _seconds(plan: tuple[Floats, float]) -> float:
+    return plan[1]
 
 
 def _is_alike(stops_m: Floats, total_s: float, other_m: Floats, other_s: float) -> bool:
