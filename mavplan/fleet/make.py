@@ -17,8 +17,9 @@ from mavplan.geo import Elsewhere, LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan
 from mavplan.progress import Progress
-from mavplan.scenario.model import UNPAIRED, Scenario
+from mavplan.scenario.model import UNPAIRED, Bools, Scenario
 from mavplan.scenario.sections import FleetVehicle, Home
+from mavplan.sorties.beyond import within_reach
 from mavplan.sorties.make import needed_budget, said_of_the_end
 
 
@@ -107,7 +108,8 @@ def plan_fleet(
         raise InputError([Problem("[[vehicles]]", message, "too-few-vehicles")])
     if count > 1:
         _check_pinned(scenario)
-    chosen, end = None, scenario.vehicle.end
+    chosen, given = None, scenario
+    scenario, beyond = within_reach(scenario, most)
     if scenario.search_altitude:
         single, scenario = _at_best_altitude(scenario, altitude_step_m * (count - 1), hover, progress)
         chosen, progress = single.altitude, None
@@ -123,7 +125,7 @@ def plan_fleet(
     single_s = math.inf
     if alone is not None and not alone.not_served:
         single_s = sum(plan.forecast.mission_s for plan in alone.sorties[0])
-    if count == 1 and alone is not None and alone.sorties == ((single,),):
+    if count == 1 and alone is not None and alone.sorties == ((single,),) and not beyond.any():
         return Fleet(single, single_s, (replace(single, altitude=chosen),))
     best = None
     if alone is not None:
@@ -141,7 +143,8 @@ def plan_fleet(
         ways = [best, None if each is None else _way(rounds_of(each.sorties, apart), each)]
         if each is not None and each.not_served and most is not None:
             more = offered(each, found, own, hover, most)
-            ways.append(_way(rounds_of(more.sorties, apart), more))
+            if more.sorties != each.sorties:
+                ways.append(_way(rounds_of(more.sorties, apart), more))
         if sorties and not scenario.vehicles:
             whole = _tried(lambda: cut([base], most=None if most is None else most * count), faults)
             ways.append(
@@ -154,13 +157,21 @@ def plan_fleet(
         )
     if best is None:
         raise faults[-1]
-    left = scenario.users.named(best.not_served)
-    names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
+    left = beyond | given.users.named(best.not_served)
+    names = tuple(given.users.names[n] for n in np.flatnonzero(left))
     best = _Way(said_once(best.rounds, scenario.warnings), names)
     plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(best, scenario))
-    given = replace(scenario, vehicle=replace(scenario.vehicle, end=end))
-    rest = given.left_over(left, scenario.users.demand_bit) if names else None
-    return Fleet(single, single_s, plans, (*_told(best.rounds), *_idle(best, scenario)), names, rest)
+    said = (*_told(best.rounds), *_idle(best, scenario))
+    return Fleet(single, single_s, plans, said, names, _rest(given, scenario, left))
+
+
+def _rest(given: Scenario, flown: Scenario, left: Bools) -> Scenario | None:
+    """Return the scenario of who is left, at the altitude that was flown; None where nobody is."""
+    if not left.any():
+        return None
+    vehicle = replace(flown.vehicle, end=given.vehicle.end)
+    there = replace(given, vehicle=vehicle, search_altitude=False)
+    return there.left_over(left, given.users.demand_bit)
 
 
 @dataclass(frozen=True)

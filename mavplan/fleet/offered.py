@@ -8,7 +8,7 @@ from mavplan.errors import InputError
 from mavplan.fleet.crews import share_of
 from mavplan.fleet.rounds import Cut
 from mavplan.plan import HoverStyle, Plan, make_plan
-from mavplan.scenario.model import Scenario
+from mavplan.scenario.model import UNPAIRED, Scenario, Users
 from mavplan.sorties.make import sorties_of
 
 TIMES = 3
@@ -24,7 +24,7 @@ def offered(
     """Return sorties that serve at least as much of the weighted demand: all that is left is offered to each in turn.
 
     A vehicle that is offered users is planned anew for these and its own, and may leave others over for them; it takes
-    them where that is worth more.
+    them where that is worth more. Whom a pinned stop of another vehicle is above it is not offered.
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ def offered(
         How many sorties each has at most.
     """
     users, sorties, left = own[0].users, list(cut.sorties), set(cut.not_served)
+    pinned = [_pinned(flight, users) for flight in flights]
+    asked: set[tuple[int, frozenset[str]]] = set()
 
     def worth(names: set[str]) -> tuple[float, int]:
         return float(users.weighted_bit[users.named(names)].sum()), len(names)
@@ -47,17 +49,20 @@ def offered(
     for _ in range(TIMES):
         before = set(left)
         for vehicle, scenario in enumerate(own):
-            if not left:
-                break
             mine = {name for plan in sorties[vehicle] for name in plan.scenario.users.names}
+            open_to = left.difference(*pinned[:vehicle], *pinned[vehicle + 1 :])
+            question = vehicle, frozenset(mine | open_to)
+            if not open_to or question in asked:
+                continue
+            asked.add(question)
             flight = flights[vehicle]
-            kept = np.flatnonzero(users.named(mine | left))
-            asked = share_of(scenario, kept, () if flight is None else flight.scenario.stops)
+            kept = np.flatnonzero(users.named(question[1]))
+            share = share_of(scenario, kept, () if flight is None else flight.scenario.stops)
             try:
-                found = sorties_of(make_plan(asked, hover), hover, most)
+                found = sorties_of(make_plan(share, hover), hover, most)
             except InputError:
                 continue
-            served = (mine | left) - set(found.not_served)
+            served = (mine | open_to) - set(found.not_served)
             (bits, count), (now_bits, now_count) = worth(served), worth(mine)
             more_bits = bits - now_bits
             if more_bits > WORTHWHILE_BIT or (more_bits > -WORTHWHILE_BIT and count > now_count):
@@ -66,3 +71,11 @@ def offered(
         if left == before:
             break
     return Cut(tuple(sorties), tuple(name for name in users.names if name in left))
+
+
+def _pinned(flight: Plan | None, users: Users) -> set[str]:
+    """Return the users that pinned stops of a flight are above, and their mates: they are its business alone."""
+    above = [] if flight is None else [stop.user for stop in flight.scenario.stops if stop.user is not None]
+    theirs = users.named(above)
+    theirs[users.mate[theirs & (users.mate != UNPAIRED)]] = True
+    return {users.names[n] for n in np.flatnonzero(theirs)}

@@ -51,9 +51,11 @@ def least(cost: Floats, matrix: Floats, limits: Floats, low: Floats, high: Float
     entries.index_, entries.value_ = row.astype(np.int32), matrix[row, column]
     solver = make_solver()
     solver.setOptionValue("output_flag", False)
-    solver.setOptionValue("threads", 1)
-    for presolve in ("off", "on"):  # off is faster; on is more, where figures are far apart
+    # Off is faster; on is more, where figures are far apart. HiGHS refuses a number of threads where it has another in
+    # this process already; 0 takes what there is.
+    for presolve, threads in (("off", 1), ("off", 0), ("on", 0)):
         solver.setOptionValue("presolve", presolve)
+        solver.setOptionValue("threads", threads)
         solver.passModel(programme)
         solver.run()
         if solver.getModelStatus() == highspy.HighsModelStatus.kOptimal:

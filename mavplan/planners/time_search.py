@@ -37,7 +37,7 @@ WORTHWHILE_S = 1e-3
 """A neighbour must be better by this."""
 
 STARTS = 4
-"""Plans that are improved before the best of them is perturbed."""
+"""Plans that are improved before some of them are perturbed."""
 
 WORSE = 0.003
 """A plan that is worse than the present one by up to a random part of this may take its place."""
@@ -50,7 +50,7 @@ VAIN, GAINED = 40, 1e-4
 
 PROMISING = 1.02
 """Plans whose time before polishing is above this times the best are not polished to the end, and in a perturbation
-not at all."""
+not at all where it is above this times the best that the plan gone on with has come to."""
 
 BRIEF_STEPS, BRIEF_TOLERANCE = 4, 1e-3
 """Of polishing where a search is brief."""
@@ -152,7 +152,7 @@ class TimeSearch:
     def _lines(self) -> Iterator[tuple[Floats, float]]:
         """Yield plans to go on with: the best, each other local optimum of the starts once, the best again."""
         begun = self._begun
-        begun += [(self.best_m, self.best_s), *sorted(self._optima, key=_seconds)[:1]]
+        begun.append((self.best_m, self.best_s))
         yield self.best_m, self.best_s
         for stops, total_s in sorted(self._optima, key=_seconds):
             if np.isfinite(total_s) and not any(_is_alike(stops, total_s, *other) for other in begun):

@@ -14,6 +14,7 @@ from mavplan.planners.pinned import NO_PIN, pins_of
 from mavplan.planners.trajectory import Trajectory
 from mavplan.progress import Progress, part_of
 from mavplan.scenario.model import Scenario
+from mavplan.sorties.beyond import within_reach
 from mavplan.sorties.share import Share, shares
 from mavplan.sorties.split import TooFar, split, unreachable, with_caution
 from mavplan.sorties.ways import Budget, Ways, budget_of
@@ -64,8 +65,8 @@ def plan_sorties(
     hover
         What a stop is made of.
     most
-        How many sorties there may be: what they do not serve of the weighted demand is left over; None: as many as it
-        takes.
+        How many sorties there may be: what they do not serve of the weighted demand is left over, and whom the
+        endurance does not reach; None: as many as it takes.
     progress
         As for `make_plan`.
 
@@ -75,8 +76,19 @@ def plan_sorties(
         As `make_plan`; no battery is given; users that no sortie serves and comes home with the reserve.
     """
     needed_budget(scenario)
-    whole = make_plan(scenario, hover, part_of(progress, 0, 2) if scenario.over_ground else progress)
-    return sorties_of(whole, hover, most, part_of(progress, 1, 2))
+    near, beyond = within_reach(scenario, most)
+    whole = make_plan(near, hover, part_of(progress, 0, 2) if scenario.over_ground else progress)
+    found = sorties_of(whole, hover, most, part_of(progress, 1, 2))
+    if not beyond.any():
+        return found
+    left = beyond | scenario.users.named(found.not_served)
+    names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
+    parts = [plan.part or Part("sortie", 1, 1) for plan in found.plans]
+    plans = tuple(
+        replace(plan, part=replace(part, not_served=names))
+        for plan, part in zip(found.plans, parts, strict=True)
+    )
+    return Sorties(whole, plans, names, scenario.left_over(left, scenario.users.demand_bit))
 
 
 def sorties_of(

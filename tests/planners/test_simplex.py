@@ -1,5 +1,8 @@
 """Simplex tableaux that are changed under way, against HiGHS on what they stand for in the end."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -93,3 +96,19 @@ def test_a_linear_programme_without_an_end_or_an_answer_is_none():
     one = np.ones(1)
     assert least(-one, np.zeros((1, 1)), one, 0 * one, np.inf * one) is None
     assert least(one, np.ones((1, 1)), -one, 0 * one, one) is None
+
+
+def test_highs_with_other_threads_in_the_same_process_is_no_matter():
+    """HiGHS keeps its threads for the whole process and refuses to run with another number of them."""
+    code = (
+        "import highspy, numpy as np\n"
+        "from mavplan.planners.linear_programme import least\n"
+        "other, one = highspy.Highs(), np.ones(1)\n"
+        "other.setOptionValue('output_flag', False)\n"
+        "other.setOptionValue('threads', 3)\n"
+        "other.addVar(0.0, 1.0)\n"
+        "other.run()\n"
+        "print(least(-one, np.ones((1, 1)), one, 0 * one, 9 * one).value)\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert ran.stdout.split() == ["-1.0"]
