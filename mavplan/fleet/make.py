@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
-import numpy as np
-
 from mavplan.errors import InputError, Problem
 from mavplan.fleet.apart import Starts
 from mavplan.fleet.crews import Crews
@@ -17,7 +15,7 @@ from mavplan.geo import Elsewhere, LocalPlane
 from mavplan.part import Part
 from mavplan.plan import HoverStyle, Plan, make_plan
 from mavplan.progress import Progress
-from mavplan.scenario.model import UNPAIRED, Bools, Scenario
+from mavplan.scenario.model import UNPAIRED, Scenario
 from mavplan.scenario.sections import FleetVehicle, Home
 from mavplan.sorties.beyond import within_reach
 from mavplan.sorties.make import needed_budget, said_of_the_end
@@ -158,20 +156,12 @@ def plan_fleet(
     if best is None:
         raise faults[-1]
     left = beyond | given.users.named(best.not_served)
-    names = tuple(given.users.names[n] for n in np.flatnonzero(left))
+    names = given.users.names_of(left)
     best = _Way(said_once(best.rounds, scenario.warnings), names)
     plans = tuple(replace(plan, altitude=chosen) for plan in _numbered(best, scenario))
-    said = (*_told(best.rounds), *_idle(best, scenario))
-    return Fleet(single, single_s, plans, said, names, _rest(given, scenario, left))
-
-
-def _rest(given: Scenario, flown: Scenario, left: Bools) -> Scenario | None:
-    """Return the scenario of who is left, at the altitude that was flown; None where nobody is."""
-    if not left.any():
-        return None
-    vehicle = replace(flown.vehicle, end=given.vehicle.end)
-    there = replace(given, vehicle=vehicle, search_altitude=False)
-    return there.left_over(left, given.users.demand_bit)
+    there = replace(scenario, users=given.users, vehicle=replace(scenario.vehicle, end=given.vehicle.end))
+    rest = there.left_over(left, given.users.demand_bit)
+    return Fleet(single, single_s, plans, (*_told(best.rounds), *_idle(best, scenario)), names, rest)
 
 
 @dataclass(frozen=True)

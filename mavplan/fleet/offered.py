@@ -14,9 +14,6 @@ from mavplan.sorties.make import sorties_of
 TIMES = 3
 """How often each vehicle is asked at most."""
 
-WORTHWHILE_BIT = 1.0
-"""A vehicle must serve more of the weighted demand by this, or more users of equal worth."""
-
 
 def offered(
     cut: Cut, flights: Sequence[Plan | None], own: Sequence[Scenario], hover: HoverStyle, most: int
@@ -24,7 +21,8 @@ def offered(
     """Return sorties that serve at least as much of the weighted demand: all that is left is offered to each in turn.
 
     A vehicle that is offered users is planned anew for these and its own, and may leave others over for them; it takes
-    them where that is worth more. Whom a pinned stop of another vehicle is above it is not offered.
+    them where that is worth more, or as much and they are more users. Whom a pinned stop of another vehicle is above it
+    is not offered.
 
     Parameters
     ----------
@@ -43,8 +41,9 @@ def offered(
     pinned = [_pinned(flight, users) for flight in flights]
     asked: set[tuple[int, frozenset[str]]] = set()
 
-    def worth(names: set[str]) -> tuple[float, int]:
-        return float(users.weighted_bit[users.named(names)].sum()), len(names)
+    def worth(names: set[str]) -> tuple[int, int]:
+        """Return the weighted demand of some, in whole bits, and how many they are."""
+        return round(float(users.weighted_bit[users.named(names)].sum())), len(names)
 
     for _ in range(TIMES):
         before = set(left)
@@ -63,14 +62,12 @@ def offered(
             except InputError:
                 continue
             served = (mine | open_to) - set(found.not_served)
-            (bits, count), (now_bits, now_count) = worth(served), worth(mine)
-            more_bits = bits - now_bits
-            if more_bits > WORTHWHILE_BIT or (more_bits > -WORTHWHILE_BIT and count > now_count):
+            if worth(served) > worth(mine):
                 sorties[vehicle] = found.plans
                 left = (left | mine) - served
         if left == before:
             break
-    return Cut(tuple(sorties), tuple(name for name in users.names if name in left))
+    return Cut(tuple(sorties), users.names_of(users.named(left)))
 
 
 def _pinned(flight: Plan | None, users: Users) -> set[str]:
@@ -78,4 +75,4 @@ def _pinned(flight: Plan | None, users: Users) -> set[str]:
     above = [] if flight is None else [stop.user for stop in flight.scenario.stops if stop.user is not None]
     theirs = users.named(above)
     theirs[users.mate[theirs & (users.mate != UNPAIRED)]] = True
-    return {users.names[n] for n in np.flatnonzero(theirs)}
+    return set(users.names_of(theirs))

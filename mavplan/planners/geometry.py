@@ -1,9 +1,10 @@
-"""Plane geometry of the planners: where a point stands to a path, and the point of a circle between two others."""
+"""Plane geometry of the planners: where a point stands to a path, points of circles, places that can be compared."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavplan.scenario.model import Bools, Floats, Ints
 
@@ -123,3 +124,14 @@ def least_detour_on_circle(centre_m: Floats, radius_m: float, left_m: Floats, ri
         turn_rad = brentq(slope, 0.0, between_rad, xtol=1e-14)
     theta = left_rad + turn_rad
     return centre_m + radius_m * np.array([math.cos(theta), math.sin(theta)])
+
+
+def as_numbers(places_m: Floats) -> NDArray[np.complex128]:
+    """Return places (..., 2) as one number each, which can be compared and sorted."""
+    found: NDArray[np.complex128] = np.ascontiguousarray(places_m).view(complex)[..., 0]
+    return found
+
+
+def as_places(numbers: NDArray[np.complex128]) -> Floats:
+    """Return (K, 2) the places that (K,) numbers of `as_numbers` stand for."""
+    return numbers.view(float).reshape(-1, 2)

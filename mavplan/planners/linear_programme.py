@@ -39,7 +39,6 @@ def least(cost: Floats, matrix: Floats, limits: Floats, low: Floats, high: Float
     """
     import highspy
 
-    make_solver: Any = highspy.Highs  # untyped
     column, row = np.nonzero(matrix.T)
     programme: Any = highspy.HighsLp()
     programme.num_row_, programme.num_col_ = matrix.shape
@@ -49,6 +48,7 @@ def least(cost: Floats, matrix: Floats, limits: Floats, low: Floats, high: Float
     entries.format_ = highspy.MatrixFormat.kColwise
     entries.start_ = np.searchsorted(column, np.arange(len(cost) + 1)).astype(np.int32)
     entries.index_, entries.value_ = row.astype(np.int32), matrix[row, column]
+    make_solver: Any = highspy.Highs  # untyped
     solver = make_solver()
     solver.setOptionValue("output_flag", False)
     # Off is faster; on is more, where figures are far apart. HiGHS refuses a number of threads where it has another in

@@ -103,11 +103,7 @@ class Tableaux:
             # The slack may be below 0 from now on: it goes down until another variable is 0, and then for good.
             part, here = self.taken(tight), np.arange(len(tight))
             column = (part.in_column == slack[tight][:, None]).argmax(axis=1)
-            entry = part.cells[here, :-1, column]
-            usable = entry < -TOLERANCE
-            ratio = np.where(usable, part.cells[:, :-1, -1] / np.where(usable, -entry, 1.0), np.inf)
-            row = ratio.argmin(axis=1)
-            limited = usable[here, row]
+            row, limited = _least_ratio(part.cells[:, :-1, -1], -part.cells[here, :-1, column])
             part = part.taken(limited)
             part.pivot(row[limited], column[limited])
             self._put(tight[limited], part)
@@ -119,23 +115,25 @@ class Tableaux:
 
     def with_constraint(self, entries: Floats) -> "Tableaux":
         """Return them with one more constraint each, entries (B, N)·y ≤ 1, that need not be kept yet."""
-        cells, columns = self.cells, self.in_column.shape[1]
-        none = np.zeros((len(cells), self.in_row.shape[1] + 1))
-        of = np.concatenate([entries, none], axis=1)  # slacks and `NOTHING`, the last, have no part in it
-        row = -np.matmul(np.take_along_axis(of, self.in_row, axis=1)[:, None], cells[:, :-1])
-        row[:, 0, :-1] += np.take_along_axis(of, self.in_column, axis=1)
-        row[:, 0, -1] += 1.0
-        slack = np.full((len(cells), 1), columns + self.in_row.shape[1])
-        joined = np.concatenate([cells[:, :-1], row, cells[:, -1:]], axis=1)
+        row = self._by_columns(entries)
+        row[:, -1] += 1.0
+        slack = np.full((len(row), 1), self.in_column.shape[1] + self.in_row.shape[1])
+        joined = np.concatenate([self.cells[:, :-1], row[:, None], self.cells[:, -1:]], axis=1)
         return Tableaux(joined, np.concatenate([self.in_row, slack], axis=1), self.in_column.copy())
 
     def set_gain(self, gain: Floats) -> None:
         """Let b be this (B, N) from now on: they stay feasible, but need not be the best."""
-        none = np.zeros((len(gain), self.in_row.shape[1] + 1))
-        of = np.concatenate([gain, none], axis=1)
-        cost = np.matmul(np.take_along_axis(of, self.in_row, axis=1)[:, None], self.cells[:, :-1])[:, 0]
-        cost[:, :-1] -= np.take_along_axis(of, self.in_column, axis=1)
-        self.cells[:, -1] = cost
+        self.cells[:, -1] = -self._by_columns(gain)
+
+    def _by_columns(self, entries: Floats) -> Floats:
+        """Return (B, N + 1) entries (B, N)·y by the variables in columns, and last less its value."""
+        none = np.zeros((len(entries), self.in_row.shape[1] + 1))
+        of = np.concatenate([entries, none], axis=1)  # slacks and `NOTHING`, the last, have no part in it
+        found: Floats = -np.matmul(np.take_along_axis(of, self.in_row, axis=1)[:, None], self.cells[:, :-1])[
+            :, 0
+        ]
+        found[:, :-1] += np.take_along_axis(of, self.in_column, axis=1)
+        return found
 
     def _put(self, which: Ints, others: "Tableaux") -> None:
         self.cells[which], self.in_row[which], self.in_column[which] = (
@@ -167,11 +165,8 @@ def _rising(tableaux: Tableaux) -> Choice:
     cells, here = tableaux.cells, np.arange(len(tableaux.cells))
     column = cells[:, -1, :-1].argmin(axis=1)
     done = cells[here, -1, column] >= -TOLERANCE
-    entry = cells[here, :-1, column]
-    usable = entry > TOLERANCE
-    ratio = np.where(usable, cells[:, :-1, -1] / np.where(usable, entry, 1.0), np.inf)
-    row = ratio.argmin(axis=1)
-    return row, column, done, ~done & ~usable[here, row]
+    row, bounded = _least_ratio(cells[:, :-1, -1], cells[here, :-1, column])
+    return row, column, done, ~done & ~bounded
 
 
 def _becoming_feasible(tableaux: Tableaux) -> Choice:
@@ -179,8 +174,13 @@ def _becoming_feasible(tableaux: Tableaux) -> Choice:
     cells, here = tableaux.cells, np.arange(len(tableaux.cells))
     row = cells[:, :-1, -1].argmin(axis=1)
     done = cells[here, row, -1] >= -TOLERANCE
-    entry = cells[here, row, :-1]
-    usable = entry < -TOLERANCE
-    ratio = np.where(usable, cells[:, -1, :-1] / np.where(usable, -entry, 1.0), np.inf)
-    column = ratio.argmin(axis=1)
-    return row, column, done, ~done & ~usable[here, column]
+    column, bounded = _least_ratio(cells[:, -1, :-1], -cells[here, row, :-1])
+    return row, column, done, ~done & ~bounded
+
+
+def _least_ratio(over: Floats, under: Floats) -> tuple[Ints, Bools]:
+    """Return (B,) where over / under (B, K) is least among those of which ``under`` is above 0, and if any is."""
+    usable = under > TOLERANCE
+    ratio = np.where(usable, over / np.where(usable, under, 1.0), np.inf)
+    at = ratio.argmin(axis=1)
+    return at, usable[np.arange(len(at)), at]

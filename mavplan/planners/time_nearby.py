@@ -5,11 +5,9 @@ constraints of the dual less, one that is new is a constraint more, and needs th
 are another gain.
 """
 
-from functools import cached_property
-
 import numpy as np
-from numpy.typing import NDArray
 
+from mavplan.planners.geometry import as_numbers, as_places
 from mavplan.planners.simplex import NOTHING, Tableaux
 from mavplan.planners.time_problem import TimeProblem
 from mavplan.planners.time_programme import least_hover
@@ -35,27 +33,21 @@ class Nearby:
 
     def __init__(self, problem: TimeProblem, stops_m: Floats) -> None:
         self.problem = problem
-        self._places = np.unique(_as_numbers(stops_m))
-        rates = problem.rates(stops_m)
-        wants = problem.wants_of(stops_m[None], rates[None])[0]
+        self._places = np.unique(as_numbers(stops_m))
+        rates = problem.rates(as_places(self._places))[None]
+        wants = problem.wants_of(stops_m[None], rates)[0]
         self._needs = np.where(np.isfinite(wants), np.maximum(wants, 0.0), 0.0)
         self.prices = np.zeros(len(self._needs))
         if not problem.tdma:
+            self._tableaux = Tableaux.of(rates, self._needs[None])
+            self._tableaux.maximise()
             self.prices = self._tableaux.values()[0][0, : len(self._needs)]
-
-    @cached_property
-    def _tableaux(self) -> Tableaux:
-        """The plan's own programme, solved."""
-        rates = self.problem.rates(self._places.view(float).reshape(-1, 2))
-        found = Tableaux.of(rates[None], self._needs[None])
-        found.maximise()
-        return found
 
     def total_s(self, flight_s: Floats, stops_m: Floats, rates: Floats, wants: Floats) -> Floats:
         """Return (B,) flight and hover of plans (B, M, 2) with these rates (B, M, N) and finite wants (B, N)."""
         if self.problem.tdma:
             return self.problem.hovering(flight_s, rates, wants).total_s
-        same = _as_numbers(stops_m)[:, :, None] == self._places
+        same = as_numbers(stops_m)[:, :, None] == self._places
         gone, new = ~same.any(axis=1), ~same.any(axis=2)
         total_s = np.full(len(stops_m), np.inf)
         near = np.flatnonzero((gone.sum(axis=1) <= MOST_GONE) & (new.sum(axis=1) <= 1))
@@ -80,9 +72,3 @@ class Nearby:
         sure &= found.maximise()
         hover_s: Floats = np.where(sure, found.value, np.inf)
         return hover_s
-
-
-def _as_numbers(places_m: Floats) -> NDArray[np.complex128]:
-    """Return places (..., 2) as one number each, that can be compared."""
-    found: NDArray[np.complex128] = np.ascontiguousarray(places_m).view(complex)[..., 0]
-    return found

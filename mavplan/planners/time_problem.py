@@ -14,6 +14,7 @@ from mavplan.bounds.time_case import ending_s, top_speed_m_s
 from mavplan.mission.autopilots import AUTOPILOTS
 from mavplan.mission.phases import Vehicle as Flyer
 from mavplan.mission.wind import Wind
+from mavplan.planners.geometry import as_numbers, as_places
 from mavplan.planners.time_passing import PassTable
 from mavplan.planners.time_programme import least_hover
 from mavplan.radio import REACH_TOLERANCE_M, Channel
@@ -215,8 +216,8 @@ class TimeProblem:
 
     def rates_of_many(self, stops_m: Floats) -> Floats:
         """Return (B, M, N) `rates` of plans (B, M, 2) that have most of their stops in common."""
-        places, which = np.unique(np.ascontiguousarray(stops_m).view(complex)[..., 0], return_inverse=True)
-        return self.rates(places.view(float).reshape(-1, 2))[which.reshape(stops_m.shape[:2])]
+        places, which = np.unique(as_numbers(stops_m), return_inverse=True)
+        return self.rates(as_places(places))[which.reshape(stops_m.shape[:2])]
 
     def passing_s(self, stops_m: Floats) -> Floats:
         """Return (..., N) seconds at the best rate received on the legs of plans with stops (..., M, 2).

@@ -12,8 +12,5 @@ def rest_of(proof: Proof) -> Scenario | None:
     A user that is short keeps its mate, which may relay, with a demand of 0 where it has what it needs itself. Pairs
     stay as they were planned, also those that were matched. Pinned stops are left out.
     """
-    short = ~proof.met
-    if not short.any():
-        return None
     # Whole bits, upwards: what is left must not come out as met by rounding.
-    return proof.plan.scenario.left_over(short, np.ceil(proof.short_bit))
+    return proof.plan.scenario.left_over(~proof.met, np.ceil(proof.short_bit))

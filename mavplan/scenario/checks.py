@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mavplan.geo import geodesic_distance_m
 from mavplan.radio import coverage_radius_m, highest_altitude_m, planning_error_m, planning_radio
-from mavplan.scenario.model import UNPAIRED
+from mavplan.scenario.model import UNPAIRED, Bools, Floats, Ints
 from mavplan.scenario.report import Report, figure, listed, nearest, shown
 from mavplan.scenario.sections import (
     D2D,
@@ -129,8 +129,7 @@ def check_distances(
     near_m = far_m
     for other in vehicles:
         near_m = np.fmin(near_m, _distance_m(users.lat_deg, users.lon_deg, other))
-    mate_m = np.where(users.mate == UNPAIRED, np.inf, near_m[users.mate])
-    beyond = (np.fmin(near_m, mate_m) > reach.distance_m) & (far_m <= MAX_DISTANCE_M)
+    beyond = reach.beyond(near_m, users.mate) & (far_m <= MAX_DISTANCE_M)
     if len(far_m) >= MANY and beyond.all():
         _all_are_far(near_m, reach.reason, users, home, label, report)
         return
@@ -193,6 +192,12 @@ class Reach:
 
     distance_m: float
     reason: str
+
+    def beyond(self, near_m: Floats, mate: Ints) -> Bools:
+        """Return (N,) who is too far away by distances to the nearest home, as is the mate if there is one."""
+        mate_m = np.where(mate == UNPAIRED, np.inf, near_m[mate])
+        too_far: Bools = np.fmin(near_m, mate_m) > self.distance_m
+        return too_far
 
 
 def reach_of(vehicle: Vehicle, radio: Radio, d2d: D2D, service: Service) -> Reach | None:

@@ -75,6 +75,10 @@ class Users:
         wanted = frozenset(names)
         return np.array([name in wanted for name in self.names], dtype=np.bool_)
 
+    def names_of(self, which: Bools) -> tuple[str, ...]:
+        """Return the names of some users, (N,) whether each is one of them."""
+        return tuple(self.names[number] for number in np.flatnonzero(which))
+
     def some(self, kept: Ints, demand_bit: Floats) -> "Users":
         """Return K of N users by their indices with other demands, (N,); a pair of which one is left out is none."""
         place = np.full(len(self) + 1, UNPAIRED, dtype=np.int64)
@@ -134,8 +138,10 @@ class Scenario:
             self, users=users, d2d=replace(self.d2d, matching="given" if matching == "auto" else matching)
         )
 
-    def left_over(self, left: Bools, left_bit: Floats) -> "Scenario":
-        """Return the scenario of the users that are left, with mates that may relay; pinned stops are left out.
+    def left_over(self, left: Bools, left_bit: Floats) -> "Scenario | None":
+        """Return the scenario of the users that are left, with mates that may relay; None where nobody is.
+
+        Pinned stops are left out.
 
         Parameters
         ----------
@@ -144,6 +150,8 @@ class Scenario:
         left_bit
             (N,) what it still needs.
         """
+        if not left.any():
+            return None
         users, kept = self.users, left.copy()
         kept[users.mate[left & (users.mate != UNPAIRED)]] = True
         rest = users.some(np.flatnonzero(kept), np.where(left, left_bit, 0.0))

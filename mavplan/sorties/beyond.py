@@ -4,7 +4,7 @@ import numpy as np
 
 from mavplan.geo import LocalPlane
 from mavplan.scenario.checks import reach_of
-from mavplan.scenario.model import UNPAIRED, Bools, Scenario
+from mavplan.scenario.model import Bools, Scenario
 
 SURE = 1e-4
 """Too far away is who is further than the reach by this part of it: distances in the plane are not quite those on
@@ -27,8 +27,7 @@ def within_reach(scenario: Scenario, most: int | None) -> tuple[Scenario, Bools]
     lon_deg = [scenario.home.lon_deg, *(vehicle.lon_deg for vehicle in scenario.vehicles)]
     offset_m = users.xy_m[:, None] - here.to_xy_m(lat_deg, lon_deg)
     near_m = np.hypot(offset_m[..., 0], offset_m[..., 1]).min(axis=1)
-    mate_m = np.where(users.mate == UNPAIRED, np.inf, near_m[users.mate])
-    beyond = np.minimum(near_m, mate_m) > reach.distance_m * (1 + SURE)
+    beyond = reach.beyond(near_m / (1 + SURE), users.mate)
     beyond &= ~users.named({stop.user for stop in scenario.stops if stop.user is not None})
     if beyond.all() or not beyond.any():
         return scenario, np.zeros(len(users), dtype=np.bool_)

@@ -64,9 +64,7 @@ def most_weighted(whole: Plan, budget: Budget, most: int, hover: HoverStyle) -> 
     left = np.ones(len(scenario.users), dtype=bool)
     for unit in chosen:
         left[choice.units[unit].users] = False
-    if not left.any():
-        return Sorties(whole, finished(whole, found, hover))
-    names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
+    names = scenario.users.names_of(left)
     return Sorties(
         whole,
         finished(whole, found, hover, names),

@@ -82,7 +82,7 @@ def plan_sorties(
     if not beyond.any():
         return found
     left = beyond | scenario.users.named(found.not_served)
-    names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
+    names = scenario.users.names_of(left)
     parts = [plan.part or Part("sortie", 1, 1) for plan in found.plans]
     plans = tuple(
         replace(plan, part=replace(part, not_served=names))
@@ -242,8 +242,8 @@ def _over_ground(
         raise InputError(fatal)
     chosen = found if most is None else worth_most(found, most)
     left = ~scenario.users.named({name for plan in chosen for name in plan.scenario.users.names})
-    names = tuple(scenario.users.names[n] for n in np.flatnonzero(left))
-    rest = scenario.left_over(left, scenario.users.demand_bit) if names else None
+    names = scenario.users.names_of(left)
+    rest = scenario.left_over(left, scenario.users.demand_bit)
     return Sorties(whole, _numbered(whole, chosen, names), names, rest)
 
 
